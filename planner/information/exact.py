@@ -29,6 +29,7 @@ from planner.nouns.array import Array
 from planner.nouns.choices import Campaign as Choice
 from planner.nouns.choices import TestVisits
 from planner.nouns.step import Step
+from planner.plan.flight_response import FlightResponse
 from planner.plan.schedule_to_steps import steps
 from planner.protocols import Sensor
 from planner.solvers.gaussian_length import exceedance
@@ -47,12 +48,14 @@ class Foreseen:
     """What a campaign promises. families: name -> (requirements,) quantile or rms, SI; infinite: undetermined
 
     promise, counts: the model and the campaign (1, g) in it; days: from its end to the flight
+    response: the linear combination of the flight on its day
     """
 
     families: Mapping[str, tuple[float, ...]]
     promise: Promise
     counts: Array
     days: float
+    response: FlightResponse
 
     @property
     def figures(self) -> Array:
@@ -96,23 +99,27 @@ def quickly(flight: Flight, promise: Promise, counts: Array) -> Foreseen:
     """The promise of counts (1, g) by the search's figures: nothing walks while the campaign lasts."""
     stored, figures = flight.in_store(0.0), promise.figures(counts)[0]
     each = zip(promise.families, figures, strict=True)
-    return Foreseen({name: tuple(map(float, row)) for name, row in each}, promise, counts, stored)
+    return Foreseen(
+        {name: tuple(map(float, row)) for name, row in each}, promise, counts, stored, flight.response
+    )
 
 
 def foreseen_of(
     flight: Flight, made: Campaign, draws: int = FLIGHTS, families: Sequence[str] | None = None
 ) -> Foreseen:
     """The promise of a campaign on the spec's flights; arguments as of `foreseen`."""
-    promise, counts, days = _promised(flight, made, families)
+    promise, counts, flown, days = _promised(flight, made, families)
     wanted = promise.asked
     figures = np.empty((len(promise.families), len(wanted)))
     if squares := [k for k, a in enumerate(wanted) if a.share is None]:
         only = replace(promise, asked=tuple(wanted[k] for k in squares))
         figures[:, squares] = only.figures(counts)[0]
     if shared := [k for k, a in enumerate(wanted) if a.share is not None]:
-        figures[:, shared] = _quantiles(flight, promise, counts, shared, draws)
+        figures[:, shared] = _quantiles(flown, promise, counts, shared, draws)
     each = zip(promise.families, figures, strict=True)
-    return Foreseen({name: tuple(map(float, row)) for name, row in each}, promise, counts, days)
+    return Foreseen(
+        {name: tuple(map(float, row)) for name, row in each}, promise, counts, days, flown.response
+    )
 
 
 def broken_by_far(flight: Flight, visits: Sequence[TestVisits], families: Sequence[str]) -> bool:
@@ -122,7 +129,7 @@ def broken_by_far(flight: Flight, visits: Sequence[TestVisits], families: Sequen
     """
     judged = flight.unseen
     made = _made(judged, laid_out(flight, visits, first_only=True))
-    promise, counts, _ = _promised(judged, made)
+    promise, counts, judged, _ = _promised(judged, made)
     squares = tuple(a for a in promise.asked if a.share is None)
     for name in families:
         only = promise.among([name])
@@ -146,13 +153,15 @@ def _made(flight: Flight, steps: Sequence[Step]) -> Campaign:
 
 def _promised(
     flight: Flight, made: Campaign, families: Sequence[str] | None = None
-) -> tuple[Promise, Array, float]:
-    """The model of a campaign, its counts (1, g) in it, and the days from its end to the flight."""
-    days = flight.in_store(float(made.runs.on_day.max(initial=0.0)))
+) -> tuple[Promise, Array, Flight, float]:
+    """The model of a campaign, its counts (1, g) in it, the flight on its day, and how long it is after."""
+    span = float(made.runs.on_day.max(initial=0.0))
+    days, flight = flight.in_store(span), flight.after(span)
     wanted = asked_of(flight, exact=True, days=days)
     kinds = _kinds(flight, made, families).together(made.runs.counts)
     promise = promise_of(flight, kinds, wanted)
-    return promise if families is None else promise.among(families), np.ones((1, len(kinds.kinds))), days
+    promise = promise if families is None else promise.among(families)
+    return promise, np.ones((1, len(kinds.kinds))), flight, days
 
 
 def _kinds(flight: Flight, made: Campaign, families: Sequence[str] | None) -> Kinds:

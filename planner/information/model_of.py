@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -26,6 +26,7 @@ from planner.nouns.sensor import ErrorName
 from planner.nouns.trajectory import Trajectory
 from planner.plan.campaign_by_total import used_benches
 from planner.plan.flight_response import FlightResponse, flight_response
+from planner.plan.spec_to_trajectory import on_its_day
 from planner.protocols import SENSORS
 from planner.spec.flight_temperature import TemperatureShares
 from planner.spec.model import Requirement, Spec
@@ -41,6 +42,7 @@ class Flight:
     """A spec with its flight's linear combination and its families of curves.
 
     day: of the flight since the first calibration, 0: not said; deadline: of the plan
+    on: day -> the linear combination of that day's flight; None where nothing that flies goes by the days
     foreseen: exact figures (families, requirements) of the campaigns that were asked so far
     exactly: days in store -> requirements as exact figures see them
     """
@@ -50,12 +52,15 @@ class Flight:
     curves: Curves
     day: float = 0.0
     deadline: Deadline = field(default_factory=Deadline)
+    on: Callable[[float], FlightResponse] | None = None
     foreseen: dict[tuple[TestVisits, ...], Array] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
     exactly: dict[float, tuple[Asked, ...]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
+
+    later: dict[float, Flight] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def under(self, spec: Spec) -> Flight:
         """The same flight with another spec of the same errors; shapes of curves stay drawn."""
@@ -76,6 +81,15 @@ class Flight:
         """Days from the end of a campaign of `span_days` to the flight."""
         return max(self.day - span_days, 0.0) if self.day > 0 else self.spec.flown_after_days
 
+    def after(self, span_days: float) -> Flight:
+        """The same flight after a campaign of `span_days`, with what goes by the days as it is then."""
+        if self.on is None or self.day > 0 or span_days == 0.0:
+            return self
+        if span_days not in self.later:
+            response = self.on(span_days + self.in_store(span_days))
+            self.later[span_days] = replace(self, response=response)
+        return self.later[span_days]
+
 
 def flight_of(spec: Spec, trajectory: Trajectory, deadline: Deadline | None = None) -> Flight:
     """The flight of a spec for the errors that it budgets, and for those that are fitted all the same.
@@ -89,8 +103,21 @@ def flight_of(spec: Spec, trajectory: Trajectory, deadline: Deadline | None = No
     budgets = [budget_of(spec.unit, error) for error in errors]
     in_run_s = min((b.in_run_time for b in budgets if b is not None and b.in_run_sigma > 0.0), default=np.inf)
     aligned = spec.initial_alignment
-    response = flight_response(trajectory, errors, spec.requirement, aligned, within, in_run_s)
-    return Flight(spec, response, Curves(spec), trajectory.day, deadline or Deadline())
+    first = on_its_day(trajectory, spec)
+
+    def on(day: float) -> FlightResponse:
+        flown = replace(first, day=day)
+        return flight_response(flown, errors, spec.requirement, aligned, within, in_run_s)
+
+    by_days = any("day" in catalog.effects()[error.effect].needs for error in errors)
+    return Flight(
+        spec,
+        on(first.day),
+        Curves(spec),
+        trajectory.day,
+        deadline or Deadline(),
+        on if by_days else None,
+    )
 
 
 def _starts(spec: Spec, trajectory: Trajectory) -> tuple[float, float]:

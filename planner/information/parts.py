@@ -144,8 +144,8 @@ def shares(flight: Flight, found: Foreseen, requirement: int) -> dict[str, float
     that what the estimates of two errors share goes to both alike.
     """
     promise, a = found.promise, found.promise.asked[requirement]
-    components, _ = flight.response.of(flight.spec.requirement[requirement])
-    J = flight.response.started(a.profile, a.instants[-1:], components)
+    components, _ = found.response.of(flight.spec.requirement[requirement])
+    J = found.response.started(a.profile, a.instants[-1:], components)
     errors = list(dict.fromkeys(f.error for f in promise.flying))
     mine = np.array([[f.error == e for f in promise.flying] for e in errors])
     each = np.concatenate([np.where(mine[:, None, :, None], J, 0.0), J], axis=1)
@@ -155,7 +155,7 @@ def shares(flight: Flight, found: Foreseen, requirement: int) -> dict[str, float
     only = replace(promise.under(found.binding(requirement)), asked=(asked,))
     [left], _ = only.covariances(found.counts)
     left = left[0, 0].reshape(S, n, c, n, c)
-    own = drawn_by_flights(flight.spec, flight.response, each[:, :-1], a.profile, found.days)
+    own = drawn_by_flights(flight.spec, found.response, each[:, :-1], a.profile, found.days)
     weights = _weights(a)
     squares = np.zeros(len(errors))
     for e in range(len(errors)):

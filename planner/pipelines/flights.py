@@ -13,7 +13,7 @@ from planner.plan.error_over_flight import error_over_flight, uncalibrated_sizes
 from planner.plan.flights_side_by_side import FlownErrors, side_by_side
 from planner.plan.spec_to_errors import error_models
 from planner.plan.spec_to_sensitivity import sensitivities as sensitivities_of
-from planner.plan.spec_to_trajectory import aided, trajectory_of
+from planner.plan.spec_to_trajectory import aided, on_its_day, trajectory_of
 from planner.spec.load import LoadedSpec
 
 
@@ -69,7 +69,7 @@ def _along(loaded: LoadedSpec, name: str) -> Sensitivities:
     path = Path(name)
     try:
         choice = {"file": str(path.resolve())} if path.suffix else name
-        trajectory = aided(trajectory_of(choice, loaded.folder), loaded.spec)
+        trajectory = on_its_day(aided(trajectory_of(choice, loaded.folder), loaded.spec), loaded.spec)
     except InputError as error:
         raise InputError(f"--beside {name}: {error}") from None
     return sensitivities_of(trajectory, asked_errors(loaded.spec))

@@ -15,7 +15,7 @@ from planner.plan.observable_campaign import refuse_what_no_campaign_observes
 from planner.plan.spec_to_errors import error_models
 from planner.plan.spec_to_sensitivity import constraints as constraints_of
 from planner.plan.spec_to_sensitivity import sensitivities as sensitivities_of
-from planner.plan.spec_to_trajectory import aided, flight_path, trajectory_of
+from planner.plan.spec_to_trajectory import aided, flight_path, on_its_day, trajectory_of
 from planner.plan.task import Task, planning_task
 from planner.spec.height_aid import unaided
 from planner.spec.load import LoadedSpec
@@ -48,7 +48,8 @@ def navigate(loaded: LoadedSpec, progress: Progress) -> Navigation:
     progress("building the trajectory")
     trajectory = flight_path(spec, loaded.folder)
     progress("propagating the sensor errors")
-    found = sensitivities_of(trajectory, [model.name for model in models], instants=instants_of(spec))
+    flown = on_its_day(trajectory, spec)  # before there is a campaign, which may take some days more
+    found = sensitivities_of(flown, [model.name for model in models], instants=instants_of(spec))
     return Navigation(models, found, constraints_of(spec, found), trajectory.name, trajectory)
 
 
@@ -61,7 +62,7 @@ def sensitivity(
     """
     choice = loaded.spec.trajectory if flight is None else {"file": str(flight.resolve())}
     progress("building the trajectory")
-    trajectory = aided(trajectory_of(choice, loaded.folder), loaded.spec)
+    trajectory = on_its_day(aided(trajectory_of(choice, loaded.folder), loaded.spec), loaded.spec)
     progress("propagating the sensor errors")
     instants = [*instants_of(loaded.spec), *([] if at is None else [at])]
     inside = [t for t in instants if trajectory.time_s[0] <= t <= trajectory.time_s[-1]]

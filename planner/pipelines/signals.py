@@ -11,7 +11,7 @@ from planner.export.signals import Form, packets_map, signal_files
 from planner.export.truth import truth_text
 from planner.nouns.progress import Progress, silent
 from planner.pipelines.data import bench_design
-from planner.plan.spec_to_trajectory import trajectory_of
+from planner.plan.spec_to_trajectory import on_its_day, trajectory_of
 from planner.simulate.campaign import Truth, prepared
 from planner.simulate.families import family_named
 from planner.simulate.hidden import hidden_effect
@@ -71,7 +71,9 @@ def simulate_signals(
     )
 
     if flight:
-        recordings = iter([flight_signals(unit, trajectory_of(spec.trajectory, loaded.folder))])
+        last_day = float(unit.design.conditions.day.max())
+        flown = on_its_day(trajectory_of(spec.trajectory, loaded.folder), spec, last_day)
+        recordings = iter([flight_signals(unit, flown)])
     else:
         recordings = campaign_signals(unit)
     return _written(recordings, out, form, rate, truth, progress)

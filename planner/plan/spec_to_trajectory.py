@@ -41,6 +41,14 @@ def aided(trajectory: Trajectory, spec: Spec) -> Trajectory:
     return trajectory if vertical is None else replace(trajectory, height_aid_m=vertical.aided)
 
 
+def on_its_day(trajectory: Trajectory, spec: Spec, end_day: float = 0.0) -> Trajectory:
+    """A flight on the day that it says, or else `flown_after` the end of the campaign, on `end_day`.
+
+    What goes by the days (ageing, a step of the bias) is in flight what it has become until then.
+    """
+    return trajectory if trajectory.day > 0 else replace(trajectory, day=end_day + spec.flown_after_days)
+
+
 def trajectory_of(choice: str | Mapping[str, Any], folder: Path) -> Trajectory:
     """The flight of a choice: a name, {name: …, parameters}, or {file: flight.csv} relative to `folder`.
 

@@ -117,7 +117,7 @@ def campaign_signals(drawn: Recorded) -> Iterator[Signals]:
 
 
 def flight_signals(drawn: Recorded, flight: Trajectory) -> Signals:
-    """The flight as a power-on after the design's last one, by its ideal readings."""
+    """The flight as a power-on of its day, after the design's last one, by its ideal readings."""
     spacing = float(flight.time_s[1] - flight.time_s[0])
     middle = flight.time_s[:-1] + spacing / 2.0
     time = np.arange(int(flight.time_s[-1] * drawn.rate)) / drawn.rate
@@ -131,7 +131,7 @@ def flight_signals(drawn: Recorded, flight: Trajectory) -> Signals:
         temperature_degc=np.interp(time, flight.time_s, flight.temperature_degc),
         temperature_rate=np.zeros(len(time)),
         time_on=np.interp(time, flight.time_s, flight.time_on),
-        day=np.full(len(time), float(drawn.design.conditions.day.max()) + flight.day),
+        day=np.full(len(time), flight.day),
     )
     design = _with_one_more(drawn.design, conditions)
     with_flight = replace(drawn, design=design, true=_joined(drawn.true, conditions))

@@ -103,12 +103,12 @@ def experiment(
     records, unit = records_of(document, spec), unit_of(spec, family)
     strays = strays_of(records, chance, prior_of(spec))
     given = spec.sensitivities.given if isinstance(spec.sensitivities, Given) else {}
-    flown = None
-    if not given and trajectory is not None:
-        flown = _flight(spec, unit, chance, trajectory)
     day = records.end_day + spec.flown_after_days
     if trajectory is not None and trajectory.day > 0:
         day = trajectory.day
+    flown = None
+    if not given and trajectory is not None:
+        flown = _flight(spec, unit, chance, replace(trajectory, day=day))
     return Experiment(
         spec=spec,
         unit=unit,

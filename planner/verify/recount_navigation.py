@@ -9,6 +9,7 @@ distribution of the length itself (Imhof 1961), from the columns counted here.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -99,7 +100,9 @@ class _Columns:
         self.errors = [(sensor, effect) for sensor in SENSORS for effect in getattr(spec.unit, sensor)]
         self.slopes: Slopes | None = None
         if not isinstance(spec.sensitivities, Given) and trajectory is not None:
-            self.slopes = slopes_of(trajectory, self.errors, _instants(trajectory, spec.requirement))
+            day = trajectory.day or spec.flown_after_days  # of a campaign that takes no time
+            flown = replace(trajectory, day=day)
+            self.slopes = slopes_of(flown, self.errors, _instants(flown, spec.requirement))
 
     def at(self, wanted: Requirement) -> list[Vectors]:
         """The vectors at every instant at which it holds."""
