@@ -71,9 +71,12 @@ def left_in_flight(flight: Flight, found: Foreseen, requirement: int) -> Left:
 
 
 def _untold(flight: Flight, promise: Promise, f: Flying) -> float:
-    """Variance of a constant that no record tells, because no temperature of use reaches it."""
-    budget = budget_of(flight.spec.unit, f.error)
-    known = budget is None or f.term not in promise.unread.get(f.error, ())
+    """Variance of a constant that no record tells, because no temperature of use reaches it.
+
+    Of an error of which nothing is fitted every constant counts already.
+    """
+    budget, whole = budget_of(flight.spec.unit, f.error), f.error.parts in promise.constants
+    known = budget is None or whole or f.term not in promise.unread.get(f.error, ())
     return 0.0 if budget is None or known else budget.systematic_size**2 / 3.0
 
 

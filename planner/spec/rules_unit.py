@@ -38,6 +38,7 @@ def budgets(sheet: Review) -> None:
         unit = catalog.effects()[effect].units[sensor]
         for where, quantity, signed in _quantities(sheet, path, budget):
             _check(sheet, where, quantity, unit, signed=signed)
+        _of_the_bench(sheet, effect, path)
         _carried(sheet, sensor, effect, path)
         _tables(sheet, path, budget)
         _over_input(sheet, sensor, effect, path, budget)
@@ -187,6 +188,18 @@ def _uncalibrated(sheet: Review) -> str:
     return "the error stays whole in the budget"
 
 
+def _of_the_bench(sheet: Review, effect: str, path: Path) -> None:
+    """An error of the bench does not fly: as one of the unit it would."""
+    if catalog.effects()[effect].bench_only:
+        sheet.fault(
+            "P315",
+            path,
+            f"{effect} is of the bench and does not fly, so the unit has no budget of it; to have it fitted "
+            f"declare it in effects: [{effect}, …], and what references are known to is benches.….accuracy",
+            key=True,
+        )
+
+
 def _carried(sheet: Review, sensor: str, effect: str, path: Path) -> None:
     """What another error's table carries has no budget of its own.
 
@@ -194,15 +207,23 @@ def _carried(sheet: Review, sensor: str, effect: str, path: Path) -> None:
     by information may have one node, and its curves are the residuals of the table alone.
     """
     known = catalog.effects()[effect]
-    if sheet.by_information and known.tabled and known.temperature_of in getattr(sheet.spec.unit, sensor):
-        whose = f"unit.{sensor}.{known.temperature_of}"
-        sheet.fault(
-            "P314",
-            path,
-            f"{whose} has it already: what changes over temperature is that budget's temperature_residual, "
-            f"e.g. {whose}.temperature_residual: {{1: …, 3: …}}",
-            key=True,
-        )
+    plain = known.temperature_of
+    if not (sheet.by_information and known.tabled and plain is not None):
+        return
+    whose = f"unit.{sensor}.{plain}"
+    if plain in getattr(sheet.spec.unit, sensor):
+        why = f"{whose} has it already"
+    elif plain in sheet.spec.effects:
+        why = f"{plain} is fitted, and has it"
+    else:
+        return
+    sheet.fault(
+        "P314",
+        path,
+        f"{why}: what changes over temperature is that budget's temperature_residual, "
+        f"e.g. {whose}.temperature_residual: {{1: …, 3: …}}",
+        key=True,
+    )
 
 
 def _uses(sheet: Review, error: str, path: Path, budget: ErrorBudget) -> None:

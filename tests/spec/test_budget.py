@@ -11,7 +11,7 @@ from planner.spec.budget import IN_RUN_TIME_S, ErrorBudget
 from planner.spec.flight_temperature import TemperatureShares
 from planner.spec.temperature_residual import CURVE_NAMES, CurveName
 from planner.units import STANDARD_GRAVITY_MPS2
-from tests.spec.example import changed, loaded
+from tests.spec.example import changed, faults, loaded
 
 MG = 1e-3 * STANDARD_GRAVITY_MPS2
 TABLE = {"20 degC": "1 mg", "-55 degC": "3 mg"}
@@ -177,3 +177,31 @@ def test_a_rate_that_nothing_turns_at_is_a_remark() -> None:
     (remark,) = [w for w in loaded(text).warnings if "accuracy" in w.path]
     assert remark.path == "benches.centrifuge.accuracy.rate"
     assert "turns" in remark.message
+
+
+@pytest.mark.parametrize(
+    ("budget", "why"),
+    [
+        (
+            "scale_factor: {systematic: 0.5 %, run_to_run: 20 ppm}",
+            "unit.accelerometer.scale_factor has it already",
+        ),
+        ("misalignment: {systematic: 0.5 deg}", "scale_factor is fitted, and has it"),
+    ],
+)
+def test_what_changes_over_temperature_has_the_budget_of_what_changes(budget: str, why: str) -> None:
+    """A declared scale factor has a table, with a budget of its own or without one."""
+    own = "scale_factor: {systematic: 0.5 %, run_to_run: 20 ppm}"
+    beside = f"{budget}\n    scale_factor_temperature: {{systematic: 10 ppm/K}}"
+    by_chance = ("limit: 10 m, rule: worst_case", "limit: 900 m, rule: {percentile: 95 %}")
+    (fault,) = faults(changed((own, beside), by_chance))
+    assert (fault.code, fault.path) == ("P314", "unit.accelerometer.scale_factor_temperature")
+    assert fault.message.startswith(why)
+    assert "unit.accelerometer.scale_factor.temperature_residual" in fault.message
+
+
+def test_an_error_of_the_bench_is_none_of_the_units() -> None:
+    own = "scale_factor: {systematic: 0.5 %, run_to_run: 20 ppm}"
+    (fault,) = faults(changed((own, f"{own}\n    lever_arm: {{systematic: 1 cm}}")))
+    assert (fault.code, fault.path) == ("P315", "unit.accelerometer.lever_arm")
+    assert "effects: [lever_arm, …]" in fault.message
