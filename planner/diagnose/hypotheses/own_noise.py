@@ -58,7 +58,7 @@ def stands_in_own_noise(found: Found, b: int) -> bool:
         return True
     others = [pool.blocks[i].columns[axis] for i in found.others(b) if axis in pool.blocks[i].columns]
     beside = np.column_stack([w.channel.J, w.noise.fixed_runs, *others])
-    between = _of_means(mine, w.noise.starts) > BETWEEN
+    between = of_means(mine, w.noise.starts) > BETWEEN
     try:
         sample, v, wanders = _own_noise(w, w.channel.r, np.column_stack([beside, mine]))
         if not wanders:
@@ -142,7 +142,7 @@ def _tested(sample: Sample, v: Variances, beside: Array, mine: Array) -> tuple[f
     return delta, float(log_p(delta, C.shape[1], freedom, 1.0))
 
 
-def _of_means(columns: Array, starts: NDArray[np.int64]) -> float:
+def of_means(columns: Array, starts: NDArray[np.int64]) -> float:
     """Share of the square of columns (n, k), each about its mean, that is the power-ons' means."""
     about = columns - columns.mean(axis=0)
     sizes = np.diff(np.append(starts, len(about)))

@@ -22,12 +22,15 @@ from planner.diagnose.hypotheses.verdicts import (
     told_by_branches,
     vetoed,
 )
+from planner.diagnose.hypotheses.walk_in_store import as_walked
 from planner.spec.budget import ErrorBudget
 
 NOISE = "what wanders on this channel within power-ons explains it as well"
 DRAWN = (
     "what the spec lets scale factors and misalignments differ from power-on to power-on explains it as well"
 )
+WALKED = "the walk in store that the spec budgets explains it as well"
+AS_THE_SPEC_SAYS = (DRAWN, WALKED)
 
 
 def refusals(found: Found, starts: NDArray[np.int64], budgets: Mapping[str, ErrorBudget]) -> tuple[Veto, ...]:
@@ -43,10 +46,12 @@ def refusals(found: Found, starts: NDArray[np.int64], budgets: Mapping[str, Erro
             veto = Veto(b, NOISE)
         if veto is None and not gone and as_budgeted(found, b, starts, budgets):
             veto = Veto(b, DRAWN)
+        if veto is None and not gone and as_walked(found, b, starts, budgets):
+            veto = Veto(b, WALKED)
         if veto is not None:
             (found.library if b in found.library else found.unknown).remove(b)
             out.append(veto)
-            if not found.pool.blocks[b].generic and veto.why not in (SCATTERS, NOISE, DRAWN):
+            if not found.pool.blocks[b].generic and veto.why not in (SCATTERS, NOISE, *AS_THE_SPEC_SAYS):
                 _unnamed_in_place(found, b, starts)
     return tuple(out)
 

@@ -33,7 +33,7 @@ from planner.diagnose.hypotheses.pool import Pool, pool_of
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.read_temperature import strays_of, with_read_temperature
 from planner.diagnose.hypotheses.references import hypothesis
-from planner.diagnose.hypotheses.refusals import DRAWN, refusals
+from planner.diagnose.hypotheses.refusals import AS_THE_SPEC_SAYS, refusals
 from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.search import search
 from planner.diagnose.hypotheses.shown_noise import alike, as_shown
@@ -171,7 +171,7 @@ def _searched(
     told_together(found, b.cuts)
     _unname_the_undetermined(found, b.channels, b.cuts, shown)
     refused = refusals(found, data.starts, _budgets(data, sensor))
-    if any(veto.why != DRAWN for veto in refused):
+    if any(veto.why not in AS_THE_SPEC_SAYS for veto in refused):
         _unname_what_is_left(found, question, data.starts)
     return SensorFound(
         sensor,
