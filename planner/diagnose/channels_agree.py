@@ -7,8 +7,9 @@ channel it is that channel's, unless the others are sure of the same without it,
 
     Δ_o = h_oᵀ G_o⁺ h_o beyond chance,   2 γᵀ h_o − γᵀ G_o γ ≥ 0.8 Δ_o,   γ = G⁺ h,   o: Σ of the others
 
-An accelerometer that scatters less than the two others has most of what a mounting of 0.2 deg explains, and
-the others are sure of that mounting by forty sigma.
+and no less than a tenth of all is theirs: less may be what the one channel's misfit makes of them. An
+accelerometer that scatters less than the two others has four fifths of what a mounting of 0.2 deg explains,
+and the others are sure of that mounting by fifty sigma.
 """
 
 from __future__ import annotations
@@ -35,7 +36,10 @@ def agree(gram: Array, h: Array, s2: float) -> bool:
     between = float(own.sum()) - common
     if freedom < 1:
         return False
-    if own.max() > OF_ONE * own.sum() and not _others_agree(gram, h, s2, int(np.argmax(own))):
+    of_one = float(own.max() / max(own.sum(), 1e-300))
+    if of_one > 1.0 - OF_WHAT_IS_COMMON:
+        return False
+    if of_one > OF_ONE and not _others_agree(gram, h, s2, int(np.argmax(own))):
         return False
     return between <= OF_WHAT_IS_COMMON * common or bool(chi_square_tail(between, freedom) > UNLIKE)
 

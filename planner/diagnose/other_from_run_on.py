@@ -213,12 +213,13 @@ class OtherFromRunOn:
 def other_from_run_on(
     found: Sequence[SensorFound], data: Prepared, benches: Sequence[BenchAccuracy]
 ) -> OtherFromRunOn | None:
-    """The one change that explains most, or None."""
+    """The one change that explains most; None where that is how one power-on sat: it is off as a whole."""
     if len(data.starts) < LEAST_RUNS:
         return None
     every = (_best(kind, found, data, benches) for kind in _KINDS)
     told = [one for one in every if one is not None]
-    return max(told, key=lambda one: one.strength**2 - 2.0 * len(one.gamma), default=None)
+    best = max(told, key=lambda one: one.strength**2 - 2.0 * len(one.gamma), default=None)
+    return None if best is None or (best.span == "alone" and not best.kind.alone) else best
 
 
 # ---------------------------------------------------------------- sums over power-ons
@@ -250,8 +251,6 @@ def _best(
     s2 = max(float(np.mean([w.mean_square for s in mine for w in s.found.pool.state.values()])), 1.0)
     delta = explained(gram, h, SEEN) / s2
     k = most(delta, spans)
-    if spans[k] == "alone" and not kind.alone:
-        return None
     tests, way = float(len(sets) * len(_KINDS)), inverse_of_told(gram[k], SEEN)
     p = float(chi_square_tail(float(delta[k]), h.shape[1]))
     if tests * p <= CHANCE:  # a dozen power-ons tell their own spread by a dozen degrees of freedom
@@ -281,14 +280,15 @@ def _best(
         kind, data.table.run[data.starts[sets[k]]], spans[k], gamma, half, tuple(x.name for x in sums),
         p, float(np.sqrt(delta[k])), float(chi_square_tail(square, len(gamma))), float(stated),
     )  # fmt: skip
-    if kind.felt not in (_scaled, _read_out, _mounted):
+    if kind.felt not in (_scaled, _read_out, _mounted) or spans[k] == "alone":
         return told
 
     def put_right(size: Array) -> DwellTable:
         return replace(told, gamma=size).right(data.table)
 
     see = [s for s in mine if any(x.told[k] for x in sums if x.sensor == s.sensor)]
-    return replace(told, gamma=size_within_power_ons(kind.felt, see, data.starts, sets[k], put_right))
+    within = size_within_power_ons(kind.felt, see, data.starts, sets[k], put_right)
+    return replace(told, gamma=within) if np.linalg.norm(within) <= kind.most else None
 
 
 def _sums(kind: _Kind, s: SensorFound, axis: int, sets: NDArray[np.bool_]) -> _Sums:

@@ -8,21 +8,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.diagnose import other_from_run_on as asked
+from planner.diagnose.changed_power_ons import Span
 from planner.diagnose.channels_agree import agree
 from planner.diagnose.dwells_to_diagnosis import diagnose
+from planner.diagnose.put_right import Search
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import UnitDiagnosis
-from tests.diagnose.hypotheses.hall import FACES, RATES, Hall, Log, read
+from tests.diagnose.hypotheses.hall import FACES, RATES, Hall, Log, days, read
 from tests.specs import shipped
 
 SPEC = shipped("small_uav").spec
 A_DAY = 3  # power-ons
 
 
-def shifts(seed: int, days: int, turning: Callable[[int], bool]) -> Hall:
+def shifts(seed: int, count: int, turning: Callable[[int], bool]) -> Hall:
     """Power-ons of six faces, or of turns about all axes, at one of three temperatures each."""
     rng, log = np.random.default_rng([seed, 21]), Log()
-    for k in range(days * A_DAY):
+    for k in range(count * A_DAY):
         log.day = k // A_DAY + 0.3 + 0.08 * (k % A_DAY)
         log.on(rng.uniform(8.0, 50.0))
         degc = [-40.0, 10.0, 60.0][rng.integers(3) if k > 2 else k] + 0.3 * rng.normal()
@@ -88,11 +91,34 @@ def _said_by(G: Array, coefficients: Array) -> tuple[Array, Array]:
 
 
 def test_one_channel_that_sees_most_is_believed_where_the_others_say_the_same() -> None:
-    """It was refused: nine tenths of what a mounting explained was of the one accelerometer that is quiet."""
-    G = np.array([np.diag([0.0, 1.0, 1.0]), np.diag([1.0, 0.0, 1.0]), 20.0 * np.diag([1.0, 1.0, 0.0])])
+    """It was refused: most of what a mounting explained was of the one accelerometer that is quiet."""
+    G = np.array([np.diag([0.0, 1.0, 1.0]), np.diag([1.0, 0.0, 1.0]), 10.0 * np.diag([1.0, 1.0, 0.0])])
     same = np.array([10.0, -6.0, 8.0])
     assert agree(*_said_by(G, np.tile(same, (3, 1))), 1.0)
     alone = np.array([np.zeros(3), np.zeros(3), same])
     assert not agree(*_said_by(G, alone), 1.0)
     other = np.array([-same, -same, same])
     assert not agree(*_said_by(G, other), 1.0)
+    most = np.concatenate([G[:2], 100.0 * G[2:]])
+    assert not agree(*_said_by(most, np.tile(same, (3, 1))), 1.0)
+
+
+@pytest.mark.parametrize(("crooked", "gain"), [(38.0, 14.0), (14.0, 38.0)])
+def test_nothing_weaker_is_put_right_where_one_power_on_sat_crooked(
+    monkeypatch: pytest.MonkeyPatch, crooked: float, gain: float
+) -> None:
+    """A gain of the read-out was, by 2e9 of the input, and the crooked power-on stayed as a spread of all."""
+    judged = Search(SPEC, 1, lambda _: None).judged(read(days(431, 5), 431))
+
+    def told(kind: asked._Kind, *_: object) -> asked.OtherFromRunOn | None:
+        strength = {"mounting": crooked, "mixed_units": gain}.get(kind.name)
+        span: Span = "alone" if kind.name == "mounting" else "on"
+        runs, gamma = np.array([2]), np.array([1e-3])
+        if strength is None:
+            return None
+        return asked.OtherFromRunOn(kind, runs, span, gamma, 1e-4, (), 0.0, strength, 1.0, 0.0)
+
+    monkeypatch.setattr(asked, "_best", told)
+    best = asked.other_from_run_on(judged.found, judged.data, [])
+    assert (best is None) == (crooked > gain)
+    assert best is None or best.kind.name == "mixed_units"
