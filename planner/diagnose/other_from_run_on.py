@@ -1,4 +1,4 @@
-"""A reference that is another one from some power-on on, or in one alone: mounting, tilt, azimuth, scale.
+"""A reference that is another one in some power-ons (`changed_power_ons`): mounting, tilt, azimuth, scale.
 
     y = (1 + κ) M (u + Σ_j γ_j d_j) + b   of those power-ons
 
@@ -8,8 +8,10 @@
     scale      u of both sensors (the read-out), of the gyros (the table), of the accelerometers (gravity)
 
 The leans of six channels are twelve numbers, and a mounting gives them three: it is one where the three say
-what the twelve would, beyond chance over all power-ons. A sensor that is another one, or changed by itself,
-does not keep to it. Sums over power-ons make every one as cheap as the first,
+what the twelve would, beyond chance over all power-ons (`channels_agree`). A sensor that is another one, or
+changed by itself, does not keep to it. A channel of which curves that are declared take the change up says
+nothing: the turns of gyros, which all came later, tell no lean that began before them.
+Sums over power-ons make every one as cheap as the first,
 
     G = Σ WᵀW − (Σ QᵀW)ᵀ(Σ QᵀW),   h = Σ Wᵀz   over the power-ons in question,
 
@@ -24,6 +26,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.diagnose.changed_power_ons import LEAST_RUNS, Span, most, said, sets_of
+from planner.diagnose.channels_agree import CHANCE, agree
 from planner.diagnose.hypotheses.bench_directions import at_rest, horizontal, loaded, through_the_unit
 from planner.diagnose.hypotheses.lack_of_fit import SHARED_MISFIT
 from planner.diagnose.hypotheses.noise import LEAST_RUNS as LEAST_RUNS_OF_A_SPREAD
@@ -34,7 +38,7 @@ from planner.diagnose.hypotheses.references import MOST_SCALE, REFERENCES, Refer
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.diagnose.hypotheses.shares import freedom_of
 from planner.diagnose.hypotheses.suspects import DEGREES
-from planner.diagnose.hypotheses.told_directions import explained, inverse_of_told, rank
+from planner.diagnose.hypotheses.told_directions import explained, inverse_of_told
 from planner.diagnose.hypotheses.whitened import log_p
 from planner.diagnose.size_within_power_ons import SEEN, size_within_power_ons
 from planner.measurement import sensed
@@ -47,12 +51,6 @@ from planner.solvers.distributions import TWO_SIDED, chi_square_tail
 from planner.spec.references import BenchAccuracy
 from planner.units import STANDARD_GRAVITY_MPS2
 
-CHANCE = 1e-5  # over all power-ons and kinds: of what would be wrong with all channels at once
-SIDE = 2  # power-ons on either side, of six or more: one that is off has a name of its own
-LEAST_RUNS = 3  # power-ons: of two either is otherwise than the other
-UNLIKE = 1e-3  # p of what the channels' leans explain beside what they share, above which they agree
-OF_WHAT_IS_COMMON = 0.1  # which they may explain of a strong one: products that three angles miss
-OF_ONE = 0.8  # of what the channels see: more by one alone is that channel's
 AS_BUDGETED = 1e-3  # p, above which power-ons that differ as they may are all there is
 LEFT = 0.03  # of its columns, squared, that curves over temperature must leave of a change, or it is theirs
 WITHIN = ("time_on", "time_on_and_temperature")  # no change of a reference goes with these
@@ -71,7 +69,7 @@ class _Kind:
 
     felt: what one unit of each coefficient adds to the true input, (n, 3) each; most: their length can be
     where: in words; said: how unit or bench would then stand, with blanks for the coefficients
-    alone: whether it is asked of single power-ons too (a mounting of one is `off_power_on`'s), and of whole
+    alone: whether it is told of single power-ons too (a mounting of one is `off_power_on`'s), and of whole
         campaigns by the search
     """
 
@@ -125,8 +123,8 @@ _GAIN = Reference(
     "compare the gain or the range of the read-out before and after",
 )  # fmt: skip
 _ANEW = (
-    "look up whether the unit was mounted anew before run {first}: {where}from there on it is turned by "
-    "{sizes} deg about x, y and z on all channels alike"
+    "look up whether the unit was mounted anew {before}: {where}{there} it is turned by {sizes} deg about "
+    "x, y and z on all channels alike"
 )
 _KINDS = (
     _Kind("mounting", ("gyro", "accelerometer"), _mounted, MOST_RAD, "", _ANEW),
@@ -167,12 +165,12 @@ _KINDS = (
 class OtherFromRunOn:
     """Which reference is another one and by how much. gamma: (k,) SI, half: of their length's 95 % interval
 
-    runs: in which it is; first: from which one on, `only` in that one
+    runs: in which it is; span: which these are
     """
 
     kind: _Kind
     runs: NDArray[np.int64]
-    only: bool
+    span: Span
     gamma: Array
     half: float
     channels: tuple[str, ...]
@@ -204,9 +202,7 @@ class OtherFromRunOn:
         r, size = self.kind.reference, float(np.linalg.norm(self.gamma))
         scale = DEGREES if r.unit == "deg" else 1.0
         sizes = ", ".join(f"{x:+.2g}" for x in self.gamma * scale)
-        first = int(self.runs[0])
-        when = f"in run {first} alone" if self.only else f"from run {first} on"
-        check = self.kind.said.format(first=first, when=when, where=self.kind.where, sizes=sizes)
+        check = self.kind.said.format(where=self.kind.where, sizes=sizes, **said(self.span, self.runs))
         return ReferenceSuspect(
             self.kind.name, size * scale, (size - self.half) * scale, (size + self.half) * scale, r.unit,
             self.channels, self.p_value, self.strength, f"{check}; {r.check}", self.strength, r.alias,
@@ -217,12 +213,13 @@ class OtherFromRunOn:
 def other_from_run_on(
     found: Sequence[SensorFound], data: Prepared, benches: Sequence[BenchAccuracy]
 ) -> OtherFromRunOn | None:
-    """The one change that explains most, or None."""
+    """The one change that explains most; None where that is how one power-on sat: it is off as a whole."""
     if len(data.starts) < LEAST_RUNS:
         return None
     every = (_best(kind, found, data, benches) for kind in _KINDS)
     told = [one for one in every if one is not None]
-    return max(told, key=lambda one: one.strength**2 - 2.0 * len(one.gamma), default=None)
+    best = max(told, key=lambda one: one.strength**2 - 2.0 * len(one.gamma), default=None)
+    return None if best is None or (best.span == "alone" and not best.kind.alone) else best
 
 
 # ---------------------------------------------------------------- sums over power-ons
@@ -232,29 +229,28 @@ def other_from_run_on(
 class _Sums:
     """What a channel says of the coefficients in each of w sets of power-ons.
 
-    gram: (w, k, k), h: (w, k); before: (w,) trace of the gram matrix beside nothing
+    gram: (w, k, k), h: (w, k), 0 where what is declared takes the change up; told: (w,) where it does not
     """
 
+    sensor: Sensor
     name: str
     gram: Array
     h: Array
-    before: Array
+    told: NDArray[np.bool_]
 
 
 def _best(
     kind: _Kind, found: Sequence[SensorFound], data: Prepared, benches: Sequence[BenchAccuracy]
 ) -> OtherFromRunOn | None:
     mine = [s for s in found if s.sensor in kind.sensors]
-    sets, only = _sets(len(data.starts), kind.alone)
+    sets, spans = sets_of(data.table.day[data.starts], kind.alone)
     sums = [_sums(kind, s, axis, sets) for s in mine for axis in s.found.pool.state]
     if len(sums) < 2:
         return None
     gram, h = np.sum([x.gram for x in sums], axis=0), np.sum([x.h for x in sums], axis=0)
     s2 = max(float(np.mean([w.mean_square for s in mine for w in s.found.pool.state.values()])), 1.0)
     delta = explained(gram, h, SEEN) / s2
-    seen = np.trace(gram, axis1=1, axis2=2) / np.maximum(np.sum([x.before for x in sums], axis=0), 1e-300)
-    delta = np.where(seen > LEFT, delta, 0.0)
-    k = 1 + int(np.argmax(delta[1:]))  # the first set is the whole campaign
+    k = most(delta, spans)
     tests, way = float(len(sets) * len(_KINDS)), inverse_of_told(gram[k], SEEN)
     p = float(chi_square_tail(float(delta[k]), h.shape[1]))
     if tests * p <= CHANCE:  # a dozen power-ons tell their own spread by a dozen degrees of freedom
@@ -267,7 +263,7 @@ def _best(
     if (
         p > CHANCE
         or delta[k] < max(_misfit(found, kind), throughout)
-        or not _agree([(x.gram[k], x.h[k]) for x in sums], float(delta[k]), s2)
+        or not agree(np.array([x.gram[k] for x in sums]), np.array([x.h[k] for x in sums]), s2)
     ):
         return None
     gamma = way @ h[k]
@@ -281,24 +277,18 @@ def _best(
     stated = max(map(kind.reference.stated, benches), default=0.0)
     square = float(np.sum(gamma**2 / (stated**2 + variance))) if stated > 0.0 else 0.0
     told = OtherFromRunOn(
-        kind, data.table.run[data.starts[sets[k]]], bool(only[k]), gamma, half, tuple(x.name for x in sums),
+        kind, data.table.run[data.starts[sets[k]]], spans[k], gamma, half, tuple(x.name for x in sums),
         p, float(np.sqrt(delta[k])), float(chi_square_tail(square, len(gamma))), float(stated),
     )  # fmt: skip
-    if kind.felt not in (_scaled, _read_out, _mounted):
+    if kind.felt not in (_scaled, _read_out, _mounted) or spans[k] == "alone":
         return told
 
     def put_right(size: Array) -> DwellTable:
         return replace(told, gamma=size).right(data.table)
 
-    return replace(told, gamma=size_within_power_ons(kind.felt, mine, data.starts, sets[k], put_right))
-
-
-def _sets(runs: int, alone: bool) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """(w, g) power-ons that may have another reference, first all of them; (w,) whether it is one alone."""
-    side = min(SIDE, runs // LEAST_RUNS)
-    on = np.array([np.arange(runs) >= k for k in (0, *range(side, runs - side + 1))])
-    each = np.eye(runs, dtype=bool) if alone else np.empty((0, runs), dtype=bool)
-    return np.vstack([on, each]), np.append(np.zeros(len(on), dtype=bool), np.ones(len(each), dtype=bool))
+    see = [s for s in mine if any(x.told[k] for x in sums if x.sensor == s.sensor)]
+    within = size_within_power_ons(kind.felt, see, data.starts, sets[k], put_right)
+    return replace(told, gamma=within) if np.linalg.norm(within) <= kind.most else None
 
 
 def _sums(kind: _Kind, s: SensorFound, axis: int, sets: NDArray[np.bool_]) -> _Sums:
@@ -309,7 +299,9 @@ def _sums(kind: _Kind, s: SensorFound, axis: int, sets: NDArray[np.bool_]) -> _S
     chosen = sets.astype(float)
     square, along, h = (np.tensordot(chosen, x, axes=1) for x in each)
     before = np.trace(square, axis1=1, axis2=2)
-    return _Sums(w.channel.name, square - np.swapaxes(along, 1, 2) @ along, h, before)
+    gram = square - np.swapaxes(along, 1, 2) @ along
+    told = np.trace(gram, axis1=1, axis2=2) > LEFT * before
+    return _Sums(s.sensor, w.channel.name, gram * told[:, None, None], h * told[:, None], told)
 
 
 def _rows(kind: _Kind, s: SensorFound, axis: int) -> tuple[Array, Array, Array]:
@@ -386,14 +378,3 @@ def _of_other_kinds(s: SensorFound, axis: int, kind: _Kind) -> list[int]:
         and "day" not in hypothesis(_name(s, b)).needs
         and not (_name(s, b) == kind.name and kind.alone)
     ]
-
-
-def _agree(each: Sequence[tuple[Array, Array]], common: float, s2: float) -> bool:
-    """Whether the channels' own leans explain no more than what they share, and not one alone."""
-    own = np.array([float(explained(g, h, SEEN)) for g, h in each]) / s2
-    common_rank = rank(np.sum([g for g, _ in each], axis=0), SEEN)
-    freedom = sum(rank(g, SEEN) for g, _ in each) - common_rank
-    between = float(own.sum()) - common
-    if freedom < 1 or own.max() > OF_ONE * own.sum():
-        return False
-    return between <= OF_WHAT_IS_COMMON * common or bool(chi_square_tail(between, freedom) > UNLIKE)

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.diagnose.other_scale_at_rest import scaled_at_rest
 from planner.errors import InputError
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
@@ -18,6 +19,7 @@ from planner.units import STANDARD_GRAVITY_MPS2
 FAR_OFF = 0.2  # of the factor of the other power-ons: ten times what one unit is off by
 LEFT = 0.05  # of the input, that the multiple may leave: lean and bias of such a unit
 LEAST_ROWS = 3
+LEAST_RATE = float(np.radians(3.0))  # below which a bias may be as large as a rate
 HOTTEST = 175.0  # degC: no silicon sensor is calibrated there; -98 degC in kelvin
 CLOSE = 0.03  # of a factor between units of measurement, within which it is that
 _DEGREE = float(np.pi / 180.0)
@@ -64,7 +66,19 @@ def other_scales(table: DwellTable) -> list[OtherScale]:
         off = np.abs(factors / usual - 1.0) > FAR_OFF
         pairs = zip(runs[off].tolist(), factors[off].tolist(), strict=True)
         found += [OtherScale(run, sensor, table.run == run, _said(sensor, f)) for run, f in pairs]
-    return [*found, *_temperatures(table)]
+    known = {one.run for one in found}
+    return [*found, *(one for one in _at_rest(table) if one.run not in known), *_temperatures(table)]
+
+
+def _at_rest(table: DwellTable) -> Iterator[OtherScale]:
+    """Power-ons of faces alone, whose gyros read no multiple of their reference."""
+    if table.ref_rate is None:
+        return
+    rests = np.linalg.norm(table.ref_rate, axis=1) < LEAST_RATE
+    for run, factor in scaled_at_rest(table, rests, tuple(_READ["gyro"])):
+        of = f"{factor:.4g} of the Earth's rate, and of their noise"
+        what = f"the gyros read {of}, as if {_READ['gyro'][factor]}"
+        yield OtherScale(run, "gyro", table.run == run, what)
 
 
 def _temperatures(table: DwellTable) -> Iterator[OtherScale]:
@@ -110,6 +124,6 @@ def _factors(run: NDArray[np.int64], y: Array, u: Array, least: float) -> tuple[
 
 def _inputs(table: DwellTable) -> Iterator[tuple[Sensor, Array, Array, float]]:
     if table.gyro is not None and table.ref_rate is not None:
-        yield "gyro", table.gyro, table.ref_rate, float(np.radians(3.0))
+        yield "gyro", table.gyro, table.ref_rate, LEAST_RATE
     if table.acc is not None and table.ref_acc is not None:
         yield "accelerometer", table.acc, table.ref_acc, 0.5 * STANDARD_GRAVITY_MPS2

@@ -185,9 +185,12 @@ def without_off(table: DwellTable, kept: NDArray[np.bool_], search: Search) -> S
 
 
 def _of_the_bench(judged: Judged, search: Search) -> Judged | None:
-    """The rows with a reference of one power-on put right, where none is then off, or stepped, or None."""
+    """The rows with a reference of some power-ons put right, where none is then off, or stepped, or None.
+
+    Of a unit that was mounted anew, the one power-on of turns before it is as far off as any that is off.
+    """
     bench = other_from_run_on(judged.found, judged.data, search.benches)
-    if bench is None or not bench.only:
+    if bench is None:
         return None
     mended = search.judged(bench.right(judged.table), (bench.suspect,))
     found, data = mended.found, mended.data

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from planner.diagnose.another_unit import another_unit, channels_of
 from planner.diagnose.no_readings import NoReading, off_their_reference, said_of, stuck_readings
 from planner.diagnose.other_scale import OtherScale, other_scales
-from planner.diagnose.times_of_records import OutOfOrder, out_of_order, still_thermometer
+from planner.diagnose.still_thermometer import still_thermometer
+from planner.diagnose.times_of_records import OutOfOrder, out_of_order
 from planner.measurement import AXES
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect, RowLeftOut
@@ -59,8 +60,7 @@ def screened(table: DwellTable) -> Screened:
     kept &= ~_any(table, off)
     none = (*stuck, *off)
     still = still_thermometer(table)
-    if still is not None:
-        kept &= table.run != still
+    kept &= ~np.isin(table.run, still)
     left = (
         *_scaled_out(table, scaled),
         *_rows_out(table, turned),
@@ -71,8 +71,8 @@ def screened(table: DwellTable) -> Screened:
         [_label_suspect(table, turned)] if turned else []
     )
     suspects += [_none_suspect(table, one) for one in none if one.stuck or _of_a_run(table, one)]
-    if still is not None:
-        suspects.append(_run_suspect(table, (still,), "stuck_channel", _still(still)))
+    if still:
+        suspects.append(_run_suspect(table, still, "stuck_channel", _still(still)))
     astray = out_of_order(table)
     if astray is not None:
         suspects.append(_run_suspect(table, astray.runs, "wrong_label", _astray(astray)))
@@ -108,13 +108,17 @@ def _scale_suspect(table: DwellTable, s: OtherScale) -> ReferenceSuspect:
 # ---------------------------------------------------------------- days, times and temperatures
 
 
-def _still(run: int) -> str:
-    return f"look at the thermometer of run {run}: it reads one value in all of it; its rows are left out"
+def _still(runs: Sequence[int]) -> str:
+    if len(runs) == 1:
+        where = f"run {runs[0]}: it reads one value in all of it; its rows are"
+    else:
+        where = f"runs {runs[0]} to {runs[-1]}: it reads one value in all of them; their rows are"
+    return f"look at the thermometer of {where} left out"
 
 
-def _still_out(table: DwellTable, run: int | None) -> Iterator[RowLeftOut]:
-    for i in np.flatnonzero(table.run == run).tolist() if run is not None else ():
-        said = f"run {run}: the temperature stands still, to the last digit"
+def _still_out(table: DwellTable, runs: Sequence[int]) -> Iterator[RowLeftOut]:
+    for i in np.flatnonzero(np.isin(table.run, runs)).tolist():
+        said = f"run {int(table.run[i])}: the temperature stands still, to the last digit"
         yield RowLeftOut(int(table.run[i]), _step(table, i), "all", float("inf"), said, _condition(table, i))
 
 

@@ -1,9 +1,8 @@
-"""Power-ons whose days, times or temperatures are not those of their records: by their order, and by repeats.
+"""Power-ons whose days or times are not those of their records: by their order.
 
 A campaign numbers its power-ons as they come. Where all but one or two of many are in the order of the
 moments at which they were switched on, day − time since power-on where the day is that of the record, those
-have the day or the time of another. And a thermometer that repeats one value to the last digit in all records
-of one power-on, where it does in no other, stood still or was not read.
+have the day or the time of another.
 """
 
 from __future__ import annotations
@@ -20,7 +19,6 @@ from planner.nouns.dwell_table import DwellTable
 
 LEAST_RUNS = 12  # power-ons for each mistake, which say in which order they are numbered
 MOST = 2  # out of their order: two that changed places; more are numbered in another way
-ROWS = 3  # of a power-on: two readings may be alike by rounding
 SECONDS = 86400.0
 SAME_MOMENT = 5.0  # s, by which the records of one power-on may differ about when it was switched on
 MOVES = 60.0  # s of days within a power-on, from which the days are those of its records
@@ -38,7 +36,7 @@ def out_of_order(table: DwellTable) -> OutOfOrder | None:
     """The one or two power-ons that are not in the order of their numbers; None where that is no order."""
     if {"run", "day"} & set(table.absent):
         return None
-    runs, starts = _by_run(table)
+    runs, starts = by_run(table)
     if len(runs) < LEAST_RUNS:
         return None
     order = np.lexsort((table.time_on, table.run))
@@ -61,24 +59,7 @@ def _few(found: Sequence[int], runs: NDArray[np.int64]) -> bool:
     return 0 < len(found) <= MOST and len(runs) >= LEAST_RUNS * mistakes
 
 
-def still_thermometer(table: DwellTable) -> int | None:
-    """The one power-on whose temperature is one value to the last digit; None where others repeat as well."""
-    runs, starts = _by_run(table)
-    order = np.lexsort((table.time_on, table.run))
-    t = table.temperature_degc[order]
-    sizes = np.diff(np.append(starts, len(t)))
-    if "temperature_degc" in table.absent or np.count_nonzero(sizes >= ROWS) < LEAST_RUNS:
-        return None
-    low, high = np.minimum.reduceat(t, starts), np.maximum.reduceat(t, starts)
-    still = np.flatnonzero((sizes >= ROWS) & (low == high))
-    if len(still) != 1:
-        return None
-    others = np.delete(np.arange(len(t)), np.arange(starts[still[0]], starts[still[0]] + sizes[still[0]]))
-    repeats = len(others) - len(np.unique(t[others]))
-    return int(runs[still[0]]) if repeats * ROWS < len(others) else None
-
-
-def _by_run(table: DwellTable) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def by_run(table: DwellTable) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Numbers of the power-ons, and the first of the sorted rows of each."""
     runs, count = np.unique(table.run, return_counts=True)
     return runs, np.concatenate([[0], np.cumsum(count)[:-1]]).astype(np.int64)

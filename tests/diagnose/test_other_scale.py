@@ -11,6 +11,7 @@ from planner.diagnose.other_scale import other_scales
 from planner.diagnose.records import screened
 from planner.errors import InputError
 from planner.nouns.dwell_table import DwellTable
+from tests.diagnose.hypotheses.hall import axes_apart, read
 from tests.diagnose.labs.unit import campaign
 
 
@@ -74,3 +75,40 @@ def test_kelvin_under_degc_is_said(seed: int) -> None:
     assert np.array_equal(seen.kept, table.run != run)
     with pytest.raises(InputError, match="as if in kelvin"):
         screened(replace(table, temperature_degc=table.temperature_degc + 273.15))
+
+
+# ---------------------------------------------------------------- gyros at rest
+
+
+def _faces(seed: int) -> tuple[DwellTable, int]:
+    """A campaign whose rests have power-ons of their own, and one of these."""
+    table = read(axes_apart(seed), seed)
+    rests = np.linalg.norm(table.ref_rate, axis=1) < np.radians(0.1)
+    return table, int(np.random.default_rng(seed).choice(np.unique(table.run[rests])))
+
+
+@pytest.mark.parametrize(
+    ("factor", "said"), [(np.pi / 180.0, "in rad/s"), (180.0 / np.pi, "converted twice")]
+)
+@pytest.mark.parametrize("seed", [11, 12, 13, 14])
+def test_gyros_at_rest_in_another_unit_are_said_by_the_rate_of_the_earth(
+    seed: int, factor: float, said: str
+) -> None:
+    """A bias is no multiple of a reference: it was an azimuth, or an in-run instability beyond its budget."""
+    table, run = _faces(seed)
+    assert not other_scales(table)
+    (one,) = other_scales(scaled(table, "gyro", factor, run))
+    assert (one.run, one.sensor) == (run, "gyro")
+    assert said in one.guess
+    assert np.array_equal(one.rows, table.run == run)
+
+
+@pytest.mark.parametrize("seed", [11, 12, 13, 14])
+def test_a_power_on_that_is_quiet_or_whose_axes_stand_still_is_in_no_other_unit(seed: int) -> None:
+    """A fiftieth of the noise with the whole rate of the Earth; a level of zero with the usual noise."""
+    table, run = _faces(seed)
+    mine = (table.run == run)[:, None]
+    mean = table.gyro[mine[:, 0]].mean(axis=0)
+    quiet = np.where(mine, mean + (table.ref_rate - table.ref_rate[mine[:, 0]].mean(axis=0)), table.gyro)
+    assert not other_scales(replace(table, gyro=quiet + 1e-7 * mine))
+    assert not other_scales(replace(table, gyro=np.where(mine, table.gyro - mean, table.gyro)))

@@ -1,0 +1,68 @@
+"""Of which power-ons a reference may be another one: from one on, all of one day, or one alone.
+
+A unit that is taken off a bench and put back stands otherwise from that power-on on. One that was set up for
+a day, on another fixture or by another hand, stands otherwise in the power-ons of that day, and those before
+and after it agree: from any power-on on, a part of what was wrong is then said, at a wrong size. One power-on
+that is off by itself is a part of that too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.nouns.array import Array
+
+SIDE = 2  # power-ons on either side, of six or more: one that is off has a name of its own
+LEAST_RUNS = 3  # power-ons: of two either is otherwise than the other
+AS_MUCH = 1e-3  # of the most that is explained, which columns that are linear in a change miss of it
+CHI2_95 = 3.84  # of one degree of freedom, by which one set is better than another by chance
+
+Span = Literal["throughout", "on", "day", "alone"]
+ORDER: tuple[Span, ...] = ("on", "day", "alone")
+
+
+def sets_of(day: Array, first_day: bool) -> tuple[NDArray[np.bool_], list[Span]]:
+    """(w, g) power-ons that may have another reference, first all of them; how each set is to be said.
+
+    day: (g,) of the power-ons, in their order; first_day: whether the first one is asked too. Of what the
+    declared model takes up where all have it, as leans do a mounting, it is the question of those behind it
+    """
+    sets = list(_sets(day, first_day))
+    return np.array([there for there, _ in sets]), [span for _, span in sets]
+
+
+def most(delta: Array, spans: Sequence[Span]) -> int:
+    """The set but the first that explains most (w,): from one power-on on, unless another does better."""
+    which = np.array(spans)
+    least = float(delta[1:].max()) * (1.0 - AS_MUCH) - CHI2_95
+    best = [int(np.argmax(np.where(which == one, delta, -np.inf))) for one in ORDER if one in spans]
+    return next(k for k in best if delta[k] >= least)
+
+
+def said(span: Span, runs: NDArray[np.int64]) -> dict[str, str]:
+    """How a set of power-ons is named: `when` in a sentence; `before` which and `there`, of a mounting."""
+    first, last = int(runs[0]), int(runs[-1])
+    if span == "alone":
+        return {"when": f"in run {first} alone", "before": f"before run {first}", "there": "in that one"}
+    if span == "day":
+        which = f"runs {first} to {last}, those of one day"
+        return {"when": f"in {which},", "before": f"for {which}", "there": "in these"}
+    return {"when": f"from run {first} on", "before": f"before run {first}", "there": "from there on"}
+
+
+def _sets(day: Array, first_day: bool) -> Iterator[tuple[NDArray[np.bool_], Span]]:
+    order, whole = np.arange(len(day)), np.floor(day)
+    side = min(SIDE, len(day) // LEAST_RUNS)
+    yield order >= 0, "throughout"
+    for k in range(side, len(day) - side + 1):
+        yield order >= k, "on"
+    for one in np.unique(whole)[0 if first_day else 1 :].tolist():
+        there = whole == one
+        if SIDE <= np.count_nonzero(there) <= len(day) - side:
+            yield there, "day"
+    for k in order.tolist():
+        yield order == k, "alone"
