@@ -10,6 +10,7 @@ from planner.nouns.trajectory import Trajectory
 from planner.physics.attitude import rph_from_dcm, wrapped
 from planner.physics.earth import principal_radii
 from planner.physics.strapdown import NavigationState
+from planner.spec.model import Spec
 
 COMPONENTS = {
     "position": ("position", slice(0, 3)),
@@ -39,6 +40,11 @@ def conditions_of(trajectory: Trajectory, start: int, stop: int) -> Conditions:
         time_on=on,
         day=np.full(stop - start, trajectory.day),
     )
+
+
+def day_of(trajectory: Trajectory, spec: Spec, end_day: float = 0.0) -> float:
+    """The day of a flight: the one that it says, or `flown_after` the end of the campaign, on `end_day`."""
+    return trajectory.day if trajectory.day > 0 else end_day + spec.flown_after_days
 
 
 def start_of(trajectory: Trajectory) -> NavigationState:

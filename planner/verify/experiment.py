@@ -17,6 +17,7 @@ from planner.protocols import SENSORS, Sensor
 from planner.solvers.one_thread import one_thread
 from planner.spec.model import Given, Requirement, Spec
 from planner.units import unit_factor
+from planner.verify.along_flight import day_of
 from planner.verify.beside import beside_of
 from planner.verify.calibrations import Estimator, calibrated, estimators, readings, white_noise
 from planner.verify.chance import Chance, chance_of
@@ -103,10 +104,9 @@ def experiment(
     records, unit = records_of(document, spec), unit_of(spec, family)
     strays = strays_of(records, chance, prior_of(spec))
     given = spec.sensitivities.given if isinstance(spec.sensitivities, Given) else {}
-    day = records.end_day + spec.flown_after_days
-    if trajectory is not None and trajectory.day > 0:
-        day = trajectory.day
-    flown = None
+    day, flown = records.end_day + spec.flown_after_days, None
+    if trajectory is not None:
+        day = day_of(trajectory, spec, records.end_day)
     if not given and trajectory is not None:
         flown = _flight(spec, unit, chance, replace(trajectory, day=day))
     return Experiment(

@@ -20,7 +20,7 @@ from planner.nouns.trajectory import Trajectory
 from planner.protocols import SENSORS
 from planner.spec.model import NAVIGATION_ERRORS, Given, PercentileRule, Requirement, Spec
 from planner.units import unit_factor
-from planner.verify.along_flight import COMPONENTS
+from planner.verify.along_flight import COMPONENTS, day_of
 from planner.verify.findings import Document, Findings
 from planner.verify.lengths import length_quantile
 from planner.verify.recount_sensitivities import Slopes, slopes_of
@@ -100,8 +100,7 @@ class _Columns:
         self.errors = [(sensor, effect) for sensor in SENSORS for effect in getattr(spec.unit, sensor)]
         self.slopes: Slopes | None = None
         if not isinstance(spec.sensitivities, Given) and trajectory is not None:
-            day = trajectory.day or spec.flown_after_days  # of a campaign that takes no time
-            flown = replace(trajectory, day=day)
+            flown = replace(trajectory, day=day_of(trajectory, spec))  # of a campaign that takes no time
             self.slopes = slopes_of(flown, self.errors, _instants(flown, spec.requirement))
 
     def at(self, wanted: Requirement) -> list[Vectors]:

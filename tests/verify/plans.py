@@ -8,12 +8,18 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+import pytest
+
 from planner.export.header import plan_sha256
 from planner.export.json import plan_text
 from planner.nouns.trajectory import Trajectory
 from planner.pipelines.planning import exact_plan
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.spec.load import LoadedSpec
+from planner.verify.monte_carlo import fly
+from planner.verify.outcome import outcomes
+from planner.verify.prediction import Prediction
+from planner.verify.workers import here
 from tests.specs import loaded, planned, shared, small
 
 
@@ -125,3 +131,11 @@ def planned_from(spec: dict[str, Any], *, with_genetic: bool = False) -> Planned
 def sealed_again(document: dict[str, Any]) -> dict[str, Any]:
     """The tree with the hash of its content, as if planner had written it so."""
     return document | {"plan_sha256": plan_sha256(document)}
+
+
+def assert_flown_as_foreseen(one: Planned, foreseen: Prediction, flights: int, rel: float) -> None:
+    """Nonlinear flights of calibrated units reach what verify's own linear model foretells of the plan."""
+    flown = fly(foreseen.e, flights, here, lambda message: None)
+    for o in outcomes(foreseen.e, flown.tally, one.document, foreseen.e.spec):
+        figure = max(foreseen.figures(o.index, foreseen.e.starts, ("cosines",)).values())
+        assert figure == pytest.approx(o.at_promise, rel=rel)

@@ -9,10 +9,7 @@ import pytest
 
 import planner.information.model_of
 from planner.information.model_of import Flight, flight_of
-from planner.verify.monte_carlo import fly
-from planner.verify.outcome import outcomes
-from planner.verify.workers import here
-from tests.verify.plans import Planned, planned_from
+from tests.verify.plans import Planned, assert_flown_as_foreseen, planned_from
 from tests.verify.test_recount_promise import by_hand, faults_in, prediction
 
 FLIGHTS = 1500  # a root of a mean square is known to 2 %, one sigma
@@ -64,10 +61,7 @@ def test_they_are_counted_again_and_flown_as_foreseen(name, request):
     one = request.getfixturevalue(name)
     foreseen = prediction(one)
     assert not faults_in(one.document, foreseen)
-    flown = fly(foreseen.e, FLIGHTS, here, lambda message: None)
-    for o in outcomes(foreseen.e, flown.tally, one.document, foreseen.e.spec):
-        figure = max(foreseen.figures(o.index, foreseen.e.starts, ("cosines",)).values())
-        assert figure == pytest.approx(o.at_promise, rel=0.06)
+    assert_flown_as_foreseen(one, foreseen, FLIGHTS, 0.06)
 
 
 def test_a_planner_that_flies_on_the_day_of_the_calibration_is_found_out(late, monkeypatch):

@@ -10,10 +10,7 @@ import pytest
 from planner import catalog
 from planner.protocols import SENSORS
 from planner.units import unit_factor
-from planner.verify.monte_carlo import fly
-from planner.verify.outcome import outcomes
-from planner.verify.workers import here
-from tests.verify.plans import planned_from
+from tests.verify.plans import assert_flown_as_foreseen, planned_from
 from tests.verify.test_recount_promise import by_hand, faults_in, prediction
 
 FLIGHTS = 600  # a root of a mean square is known to 3 %, one sigma
@@ -59,10 +56,7 @@ def test_it_is_counted_again_and_flown_as_foreseen(error):
     one = planned_from(budgeted(error))
     foreseen = prediction(one)
     assert not faults_in(one.document, foreseen)
-    flown = fly(foreseen.e, FLIGHTS, here, lambda message: None)
-    for o in outcomes(foreseen.e, flown.tally, one.document, foreseen.e.spec):
-        figure = max(foreseen.figures(o.index, foreseen.e.starts, ("cosines",)).values())
-        assert figure == pytest.approx(o.at_promise, rel=0.12)
+    assert_flown_as_foreseen(one, foreseen, FLIGHTS, 0.12)
 
 
 def test_a_constant_that_nothing_tells_counts_once():

@@ -9,12 +9,9 @@ import yaml
 
 import planner.campaign.noise
 import planner.information.kinds
-from planner.verify.monte_carlo import fly
-from planner.verify.outcome import outcomes
 from planner.verify.prediction import Prediction
-from planner.verify.workers import here
 from tests.specs import SHIPPED
-from tests.verify.plans import Planned, planned_from
+from tests.verify.plans import Planned, assert_flown_as_foreseen, planned_from
 from tests.verify.test_recount_promise import by_hand, faults, faults_in, prediction
 
 FLIGHTS = 1500  # a 95 % quantile is known to 2 %, one sigma
@@ -53,11 +50,7 @@ def test_both_models_count_them(one, foreseen):
 
 
 def test_they_are_flown_as_foreseen(one, foreseen):
-    p = foreseen
-    flown = fly(p.e, FLIGHTS, here, lambda message: None)
-    for o in outcomes(p.e, flown.tally, one.document, p.e.spec):
-        figure = max(p.figures(o.index, p.e.starts, ("cosines",)).values())
-        assert figure == pytest.approx(o.at_promise, rel=0.06)
+    assert_flown_as_foreseen(one, foreseen, FLIGHTS, 0.06)
 
 
 @pytest.mark.parametrize(
