@@ -55,5 +55,6 @@ def far_rows(
     if not suspect.any():
         return first
     weights = np.where(suspect, FAR_WEIGHT, 1.0)
-    spread = channel_noise(plain.with_noise(weights=weights)).spread * np.sqrt(weights)
-    return outliers(c, candidates, starts, spread, cells, scatter, draws)
+    noise = channel_noise(plain.with_noise(weights=weights))
+    spread = noise.spread * np.sqrt(weights)
+    return outliers(c, candidates, starts, spread, cells, scatter, draws, noise.with_power_on)

@@ -92,6 +92,15 @@ class ChannelNoise:
         """(n,) one sigma of a row about its run."""
         return np.asarray(np.sqrt(self.covariance.diagonal))
 
+    @property
+    def with_power_on(self) -> Array:
+        """(n,) one sigma of what a row shares with all rows of its power-on: √Σ σ_k² z_k²."""
+        effects = self.covariance.effects
+        first = len(effects.diagonals)
+        return np.asarray(
+            np.sqrt(self.variances.theta[first : first + len(effects.slopes)] @ effects.slopes**2)
+        )
+
     @cached_property
     def relative_error(self) -> Array:
         """(K, K) covariance of the variances' estimates, relative to them; 0 for a variance that is zero."""

@@ -33,6 +33,7 @@ UNSURE = 2.0  # over √n: a standard error and more of that ratio, to the side 
 NORMAL_MIDDLE = 0.99446  # sigma, within which that share of a normal law lies
 ALIKE = 0.5  # share of a condition's rows, in two power-ons or more, from which they are no accidents
 LEAST_ROWS = 20
+FEWEST = 2  # rows of a power-on, of which no mean is taken off: one of them would be nothing then
 ROUNDS = 4
 STEPS = 30  # of leaving out rows: each takes those within half of the largest, 1e9 to 1
 MOST_FAR = 0.1  # share of the rows that may be left out at first sight: beyond it nothing stands out
@@ -62,14 +63,17 @@ def outliers(
     cells: NDArray[np.int64] | None = None,
     scatter: Array | float = 0.0,
     draws: Array | None = None,
+    shared: Array | None = None,
 ) -> Far:
     """Rows that lie far off even where every candidate may bend, about the means of power-ons.
 
     spread: (n,) what the noise of the rows is in proportion to; cells: (n,) number of each row's condition
     scatter: (n,) one sigma, in the reading's unit, by which a row may be off beside its noise and stay
     draws: (n, t) the same of each term that every power-on draws anew, so that its rows are off together
+    shared: (n,) one sigma of what a row has in common with its power-on, by the noise; None: nothing
     """
     n = len(c.r)
+    least = _least_scale(c, starts, spread, shared)
     far = np.zeros(n, dtype=bool)
     if n < LEAST_ROWS:
         return Far(far, np.zeros(n))
@@ -94,7 +98,7 @@ def outliers(
                 far = largest_first(factors(about[0], SEEN, roughly=True).basis, about[1], starts)
             whole = None
             left, _ = _left(*_within(columns, r, starts, ~far), ~far)
-        size = _sigma(left, c, starts, spread)
+        size = _sigma(left, starts, least)
         now = size > max(LEAST_FAR, _farthest(size))
         if cells is not None:
             now &= ~_structure(now, cells, starts)
@@ -102,9 +106,9 @@ def outliers(
             break
         far = now
     if far.any():
-        far = far & (_sigma(left, c, starts, spread, scatter) > LEAST_FAR)
+        far = far & (_sigma(left, starts, least, scatter / spread) > LEAST_FAR)
     if far.any() and draws is not None:
-        far &= _beyond_draws(left, draws / spread[:, None], _scale(left, c, starts, spread), starts, far)
+        far &= _beyond_draws(left, draws / spread[:, None], _scale(left, starts, least), starts, far)
     return Far(far, size)
 
 
@@ -118,7 +122,7 @@ def largest_first(basis: Array, r: Array, starts: NDArray[np.int64]) -> NDArray[
     """
     sizes = np.diff(np.append(starts, len(r)))
     run = np.repeat(np.arange(len(starts)), sizes)
-    of_mean = np.where(sizes > 2, 1.0 / sizes, 0.0)[run]
+    of_mean = np.where(sizes > FEWEST, 1.0 / sizes, 0.0)[run]
     share = np.einsum("nk,nk->n", basis, basis) + of_mean
     e = clear(basis, r)
     left, free, far = e, 1.0 - share, np.zeros(len(r), dtype=bool)
@@ -149,9 +153,9 @@ def _without(
     sizes, d = np.diff(np.append(starts, len(r))), np.flatnonzero(far)
     run = np.repeat(np.arange(len(starts)), sizes)
     counts = np.bincount(run, ~far)
-    if not 0 < len(d) <= FEW_FAR or ((counts == 0) & (sizes > 2)).any():
+    if not 0 < len(d) <= FEW_FAR or ((counts == 0) & (sizes > FEWEST)).any():
         return None
-    mean, seen_mean = (np.where(sizes > 2, 1.0 / np.maximum(m, 1), 0.0)[run] for m in (sizes, counts))
+    mean, seen_mean = (np.where(sizes > FEWEST, 1.0 / np.maximum(m, 1), 0.0)[run] for m in (sizes, counts))
     H = basis @ basis[d].T + np.where(run[:, None] == run[d], mean[:, None], 0.0)
     value, vector = np.linalg.eigh(np.eye(len(d)) - H[d])
     if value[0] < LEAST_TOLD:
@@ -226,7 +230,7 @@ def _within(
     length = np.sqrt(np.einsum("nk,nk->k", counted, A))
     counts = np.maximum(np.add.reduceat(seen.astype(float), starts), 1.0)
     means = sums_of_groups(counted, starts) / counts[:, None]
-    A -= np.repeat(np.where(sizes[:, None] > 2, means, 0.0), sizes, axis=0)
+    A -= np.repeat(np.where(sizes[:, None] > FEWEST, means, 0.0), sizes, axis=0)
     about = A if seen.all() else A[seen]
     rounding = np.sqrt(np.einsum("nk,nk->k", about, about)) <= NOTHING * length
     if rounding.any():
@@ -261,25 +265,35 @@ def _beyond_draws(
     return out
 
 
-def _sigma(
-    left: Array, c: Channel, starts: NDArray[np.int64], spread: Array, scatter: Array | float = 0.0
-) -> Array:
+def _sigma(left: Array, starts: NDArray[np.int64], least: Array, scatter: Array | float = 0.0) -> Array:
     """(n,) sizes in robust sigma: rows in units of what drives their noise, on the scale of their middle."""
-    about = _about(left, starts)
-    return np.asarray(about / np.hypot(_scale(left, c, starts, spread), scatter / spread))
+    return np.asarray(_about(left, starts) / np.hypot(_scale(left, starts, least), scatter))
 
 
 def _about(left: Array, starts: NDArray[np.int64]) -> Array:
     """(n,) sizes of what is left; a mean of m rows took one of m degrees of freedom."""
     sizes = np.diff(np.append(starts, len(left)))
-    counted = np.where(sizes > 2, np.sqrt(1.0 - 1.0 / np.maximum(sizes, 2)), 1.0)
+    counted = np.where(sizes > FEWEST, np.sqrt(1.0 - 1.0 / np.maximum(sizes, FEWEST)), 1.0)
     return np.asarray(np.abs(left) / np.repeat(counted, sizes))
 
 
-def _scale(left: Array, c: Channel, starts: NDArray[np.int64], spread: Array) -> Array:
-    """(n,) one sigma of what is left: of the middle row, and never less than a reading can be told."""
-    middle = float(np.quantile(_about(left, starts), MIDDLE)) / NORMAL_MIDDLE
-    return np.asarray(np.maximum(middle, _least(c) / spread))
+def _scale(left: Array, starts: NDArray[np.int64], least: Array) -> Array:
+    """(n,) one sigma of what is left: of the middle row, and never less than `_least_scale`."""
+    return np.asarray(np.maximum(float(np.quantile(_about(left, starts), MIDDLE)) / NORMAL_MIDDLE, least))
+
+
+def _least_scale(c: Channel, starts: NDArray[np.int64], spread: Array, shared: Array | None) -> Array:
+    """(n,) no row is told to less than this: than a reading can be, and, where it has all that its power-on
+
+    drew still in it (no mean is taken off one or two rows), than that and its noise together. Among thousands
+    of rows about the means of theirs a few alone in their power-ons were all far, by their levels.
+    """
+    told = _least(c) / spread
+    if shared is None:
+        return told
+    sizes = np.diff(np.append(starts, len(spread)))
+    whole = np.repeat(sizes <= FEWEST, sizes) & (shared > 0.0)
+    return np.where(whole, np.maximum(told, np.hypot(1.0, shared / spread)), told)
 
 
 def _least(c: Channel) -> float:

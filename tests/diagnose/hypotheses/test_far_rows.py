@@ -104,6 +104,30 @@ def test_a_spike_beside_it_is_left_out_by_itself(seed: int) -> None:
     assert sensitive(seed, 0.05) == [LOADED]
 
 
+def alone(seed: int, spike: float) -> list[int]:
+    """A hundred power-ons of thirty rows, and then 35 of one row each, the last but one struck; levels of 1 mg."""
+    rng = np.random.default_rng(seed)
+    starts = np.concatenate([np.arange(0, 3000, 30), np.arange(3000, 3035)])
+    run = np.repeat(np.arange(135), np.diff(np.append(starts, 3035)))
+    force = np.zeros((3035, 3))
+    force[:, 0] = G * np.append(np.tile(FACES, 500), np.ones(35))
+    y = force[:, 0] + MG * rng.normal(size=135)[run] + 0.1 * MG * rng.normal(size=3035)
+    y[-2] += spike
+    zero = np.zeros(3035)
+    conditions = Conditions(0.0 * force, force, zero + 20.0, zero, zero + 60.0, zero)
+    c = channel("accelerometer", 0, conditions, y, ("bias", "scale_factor"))
+    cells = np.unique(force[:, 0], return_inverse=True)[1]
+    far = far_rows(c, np.empty((3035, 0)), starts, zero + 60.0, cells, zero)
+    return np.flatnonzero(far.rows).tolist()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_rows_alone_in_their_power_ons_are_not_far_by_its_level(seed: int) -> None:
+    """Every one was, ten sigma of the rows that stand about the means of theirs; one that is off still is."""
+    assert alone(seed, 0.0) == []
+    assert alone(seed, 10.0 * MG) == [3033]
+
+
 @pytest.mark.parametrize("seed", range(8))
 def test_rows_that_bend_the_whole_fit_are_found_and_no_other(seed: int) -> None:
     """Five of 300 rows, 20 to 2000 sigma off, in a model of 120 columns and 30 levels: all rows are bent."""
