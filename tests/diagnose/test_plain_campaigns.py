@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -156,22 +157,42 @@ def test_what_every_gyro_has_for_itself_is_no_bending_arm(hidden: str, seed: int
 
 
 @pytest.mark.parametrize(
-    ("name", "seed"), [("high_g", 3), ("high_g", 7), ("small_uav", 8), ("tactical_leg", 5)]
+    ("name", "seed"), [("high_g", 4), ("high_g", 12), ("small_uav", 8), ("tactical_leg", 5)]
 )
 @pytest.mark.further(
     ("name", "seed"),
     [
-        *(("high_g", seed) for seed in (1, 2, 4, 5, 6, 8, 14)),
+        *(("high_g", seed) for seed in (1, 2, 3, 5, 6, 7, 8, 14, 15, 29)),
         *(("small_uav", seed) for seed in range(1, 8)),
         *(("tactical_leg", seed) for seed in range(1, 5)),
     ],
 )
 def test_the_campaign_of_a_plan_gives_no_alarm(name: str, seed: int) -> None:
     """Six power-ons: walks of 6 sigma had been effects of time, misalignments of each power-on curves over
-    temperature and rate of 17 sigma and a mounting, and levels of power-ons an in-run twice its budget.
+    temperature and rate of 17 sigma and a mounting, and levels of power-ons an in-run twice its budget; what
+    the spec lets wander a thermal lag of 11, in seven of 29 seeds an effect, a variable or a table's rate.
     """
     unit = load_spec(SHIPPED / f"{name}.yaml")
     plan = json.loads(plan_text(shipped_plan(name).plan))
     table, _ = simulate(unit, plan, (), seed, settings_of(unit.spec))
     found = diagnose(table, unit.spec)
     assert [*found.effects, *found.unknown, *found.reference_suspects, *found.budget_exceeded] == []
+
+
+@pytest.mark.parametrize(("hidden", "seed"), [("warm_up=0.01 deg/s", 101), ("drift=5e-6 deg/s/s", 101)])
+@pytest.mark.further(
+    ("hidden", "seed"),
+    [
+        ("warm_up=0.01 deg/s", 102),
+        ("scale_factor_asymmetry=0.02 %", 101),
+        ("scale_factor_asymmetry=0.02 %", 102),
+    ],
+)
+def test_what_is_more_than_the_spec_lets_wander_has_its_name_in_six_power_ons(hidden: str, seed: int) -> None:
+    """Gyros that wander by 0.001 deg/s in ten minutes, as the spec lets them."""
+    unit = load_spec(SHIPPED / "high_g.yaml")
+    plan = json.loads(plan_text(shipped_plan("high_g").plan))
+    table, _ = simulate(unit, plan, (f"gyro.{hidden}",), seed, settings_of(unit.spec))
+    found = diagnose(replace(table, acc=None), unit.spec)
+    assert {e.effect for e in found.effects} == {hidden.split("=")[0]}
+    assert found.unknown == found.reference_suspects == ()

@@ -160,13 +160,13 @@ def _scale_factor(w: Whitened, budgets: Mapping[str, ErrorBudget]) -> tuple[floa
     moves &= sigma > 0.0
     white = noise.whiten(np.column_stack([c.r + X @ theta, X]))
     scaled = white[:, 1:][:, moves] * sigma[moves]  # by their prior sigmas: Λ is one
-    U, size, Vt = np.linalg.svd(scaled, full_matrices=False)
-    beta = (Vt.T * (size / (1.0 + size**2))) @ (U.T @ white[:, 0]) * sigma[moves]
-    inside = 1.0 / (1.0 + size**2) - 1.0
+    more = max(0, scaled.shape[1] - len(scaled))  # rows of nothing: every direction has a size then
+    U, size, Vt = np.linalg.svd(np.pad(scaled, ((0, more), (0, 0))), full_matrices=False)
+    beta = (Vt.T * (size / (1.0 + size**2))) @ (U.T @ np.pad(white[:, 0], (0, more))) * sigma[moves]
     own = np.flatnonzero(moves)[np.flatnonzero(moves) < len(names)]
     nodes = np.flatnonzero(np.array([names[k] for k in own], dtype=object) == ERROR)
     at = sigma[own[nodes]]
-    covariance = (np.eye(len(nodes)) + (Vt[:, nodes].T * inside) @ Vt[:, nodes]) * at[:, None] * at
+    covariance = (Vt[:, nodes].T / (1.0 + size**2)) @ Vt[:, nodes] * at[:, None] * at
     weight = 1.0 / np.diag(covariance)
     weight /= weight.sum()
     return float(weight @ beta[nodes]), float(np.sqrt(weight @ covariance @ weight))

@@ -101,6 +101,11 @@ class ChannelNoise:
             np.sqrt(self.variances.theta[first : first + len(effects.slopes)] @ effects.slopes**2)
         )
 
+    def without_drifts(self) -> ChannelNoise:
+        """What whitens the channel where nothing moves within power-ons."""
+        effects = replace(self.covariance.effects, drifts=())
+        return replace(self, covariance=covariance(effects, self.variances.theta[: effects.count]))
+
     @cached_property
     def relative_error(self) -> Array:
         """(K, K) covariance of the variances' estimates, relative to them; 0 for a variance that is zero."""

@@ -23,6 +23,7 @@ from planner.diagnose.hypotheses.verdicts import (
     vetoed,
 )
 from planner.diagnose.hypotheses.walk_in_store import as_walked
+from planner.diagnose.hypotheses.wander_in_run import as_wandered
 from planner.spec.budget import ErrorBudget
 
 NOISE = "what wanders on this channel within power-ons explains it as well"
@@ -30,7 +31,8 @@ DRAWN = (
     "what the spec lets scale factors and misalignments differ from power-on to power-on explains it as well"
 )
 WALKED = "the walk in store that the spec budgets explains it as well"
-AS_THE_SPEC_SAYS = (DRAWN, WALKED)
+WANDERED = "what the spec lets wander within a power-on explains it as well"
+AS_THE_SPEC_SAYS = (DRAWN, WALKED, WANDERED)
 
 
 def refusals(found: Found, starts: NDArray[np.int64], budgets: Mapping[str, ErrorBudget]) -> tuple[Veto, ...]:
@@ -41,22 +43,31 @@ def refusals(found: Found, starts: NDArray[np.int64], budgets: Mapping[str, Erro
     out = []
     for b in sorted(found.all, key=lambda i: found.share(i).delta):
         gone = b not in found.all  # with a name before it
-        veto = None if gone or found.pool.blocks[b].reference else vetoed(found, b, starts)
-        if veto is None and not gone and _is_noise(found, b):
-            veto = Veto(b, NOISE)
-        if veto is None and not gone and as_budgeted(found, b, starts, budgets):
-            veto = Veto(b, DRAWN)
-        if veto is None and not gone and as_walked(found, b, starts, budgets):
-            veto = Veto(b, WALKED)
+        veto = None if gone else _refused(found, b, starts, budgets)
         if veto is not None:
             (found.library if b in found.library else found.unknown).remove(b)
             out.append(veto)
             if not found.pool.blocks[b].generic and veto.why not in (SCATTERS, NOISE, *AS_THE_SPEC_SAYS):
-                _unnamed_in_place(found, b, starts)
+                _unnamed_in_place(found, b, starts, budgets)
     return tuple(out)
 
 
-def _unnamed_in_place(found: Found, b: int, starts: NDArray[np.int64]) -> None:
+def _refused(
+    found: Found, b: int, starts: NDArray[np.int64], budgets: Mapping[str, ErrorBudget]
+) -> Veto | None:
+    """Why a believed block is refused, by the power-ons, its channel's noise or what the spec lets vary."""
+    veto = None if found.pool.blocks[b].reference else vetoed(found, b, starts)
+    if veto is None and _is_noise(found, b):
+        veto = Veto(b, NOISE)
+    for why, explained in ((DRAWN, as_budgeted), (WALKED, as_walked), (WANDERED, as_wandered)):
+        if veto is None and explained(found, b, starts, budgets):
+            veto = Veto(b, why)
+    return veto
+
+
+def _unnamed_in_place(
+    found: Found, b: int, starts: NDArray[np.int64], budgets: Mapping[str, ErrorBudget]
+) -> None:
     """Where the power-ons refuse a name, bins over a variable may stand: something is there all the same.
 
     They must predict unseen power-ons themselves, or be told by one alone whose records or branches repeat
@@ -75,7 +86,7 @@ def _unnamed_in_place(found: Found, b: int, starts: NDArray[np.int64]) -> None:
         variable = pool.blocks[g].name
         if variable not in variables and scores[g].delta >= least and scores[g].criterion >= DECISIVE:
             variables.add(variable)
-            if _stands_in_place(found, g, b, scores[g].delta, starts):
+            if _stands_in_place(found, g, b, scores[g].delta, starts, budgets):
                 break
     else:
         return
@@ -85,14 +96,21 @@ def _unnamed_in_place(found: Found, b: int, starts: NDArray[np.int64]) -> None:
             found.library.remove(i)  # what is left of it may as well be the other's
 
 
-def _stands_in_place(found: Found, g: int, b: int, explained: float, starts: NDArray[np.int64]) -> bool:
+def _stands_in_place(
+    found: Found,
+    g: int,
+    b: int,
+    explained: float,
+    starts: NDArray[np.int64],
+    budgets: Mapping[str, ErrorBudget],
+) -> bool:
     """Whether bins may stand where the power-ons refuse a name b; they are believed then."""
     found.unknown.append(g)
     found.p[g] = found.p[b]
     beside = found.without(g)
     foreseen = predicted(*per_power_on(beside, [g], starts)) > OF_A_TABLE * explained
     repeats = foreseen or told_by_branches(beside, g, starts) >= 0 or repeats_in_one(found, g, starts)
-    if repeats and vetoed(found, g, starts) is None and not _is_noise(found, g):
+    if repeats and _refused(found, g, starts, budgets) is None:
         return True
     found.unknown.remove(g)
     return False

@@ -29,7 +29,7 @@ from planner.diagnose.hypotheses.found import SINGLE, Found
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.own_noise import BETWEEN, KEPT, of_means
 from planner.diagnose.hypotheses.pool import inverse
-from planner.diagnose.hypotheses.whitened import log_p
+from planner.diagnose.hypotheses.whitened import Cleared, Whitened, log_p
 from planner.nouns.array import Array
 from planner.spec.budget import ErrorBudget
 
@@ -49,11 +49,22 @@ def as_walked(found: Found, b: int, starts: NDArray[np.int64], budgets: Mapping[
     if of_means(block.columns[axis], starts) <= BETWEEN:
         return False
     modes = _modes(w.channel.model.conditions.day, starts) * bias.storage_sigma
-    if modes.shape[1] == 0:
-        return False
-    channels = {a: _walked(found, b, a, modes) for a in found.pool.state}
-    (own, C), s = channels[axis], found.share(b)
-    gain = own.beyond(C, np.sum([o.unlikely for a, (o, _) in channels.items() if a != axis], axis=0))
+    state = found.pool.state
+    return modes.shape[1] > 0 and as_likely(found, b, {a: (modes, s) for a, s in state.items()})
+
+
+def as_likely(found: Found, b: int, budgeted: Mapping[int, tuple[Array, Whitened | Cleared]]) -> bool:
+    """Whether a believed block is as likely a process that the spec budgets for every channel.
+
+    budgeted: axis -> (n, k) columns of the process, one sigma of the budget each, and the channel, white
+        beside it
+    """
+    block, s = found.pool.blocks[b], found.share(b)
+    channels = [_walked(found, b, a, *given) for a, given in budgeted.items()]
+    unlikely = np.sum([w.unlikely for w, _ in channels], axis=0)
+    G, h = (np.sum(x, axis=0) for x in zip(*(w.seen(C) for w, C in channels if C.shape[1]), strict=True))
+    explained = np.array([hf @ inverse(Gf) @ hf for Gf, hf in zip(G, h, strict=True)])
+    gain = float(unlikely.min() - np.min(unlikely - explained))
     if s.m == 0 or gain >= KEPT * s.delta:
         return False
     looks = sum(x.key == block.key for x in found.pool.blocks)
@@ -65,9 +76,9 @@ def _modes(day: Array, starts: NDArray[np.int64]) -> Array:
     return np.repeat(walk_modes(day[starts]), np.diff(np.append(starts, len(day))), axis=0)
 
 
-def _walked(found: Found, b: int, axis: int, modes: Array) -> tuple[_Walked, Array]:
+def _walked(found: Found, b: int, axis: int, modes: Array, w: Whitened | Cleared) -> tuple[_Walked, Array]:
     """A channel and the columns (n, m) of a block there, clear of all else that is believed."""
-    pool, w = found.pool, found.pool.state[axis]
+    pool = found.pool
     others = [pool.blocks[o].columns[axis] for o in found.others(b) if axis in found.axes(o)]
     nothing = np.empty((len(w.z), 0))
     known = orthonormal(np.column_stack([w.Q, w.noise.whiten(np.column_stack([nothing, *others]))]))
@@ -95,14 +106,8 @@ class _Walked:
         taken = grown / (1.0 + grown)
         return cls(z, U, taken, np.log1p(grown).sum(axis=1) - taken @ (U.T @ z) ** 2)
 
-    def beyond(self, C: Array, others: Array) -> float:
-        """Λ of columns C (n, m); others: (f,) `unlikely` of the other channels."""
+    def seen(self, C: Array) -> tuple[Array, Array]:
+        """(f, m, m) CᵀC and (f, m) Cᵀz of columns C (n, m), in white of rows and walk together."""
         B, along = self.U.T @ C, self.U.T @ self.z
-        explained = np.array([_square(C.T @ C - (B.T * t) @ B, C.T @ self.z - (B.T * t) @ along)
-                              for t in self.taken])  # fmt: skip
-        unlikely = self.unlikely + others
-        return float(unlikely.min() - np.min(unlikely - explained))
-
-
-def _square(G: Array, h: Array) -> float:
-    return float(h @ inverse(G) @ h)
+        weighed = self.taken[:, :, None] * B
+        return C.T @ C - np.swapaxes(weighed, 1, 2) @ B, C.T @ self.z - np.swapaxes(weighed, 1, 2) @ along

@@ -105,7 +105,7 @@ def test_a_spike_beside_it_is_left_out_by_itself(seed: int) -> None:
 
 
 def alone(seed: int, spike: float) -> list[int]:
-    """A hundred power-ons of thirty rows, and then 35 of one row each, the last but one struck; levels of 1 mg."""
+    """Hundred power-ons of thirty rows, then 35 of one each, the last but one struck; levels of 1 mg."""
     rng = np.random.default_rng(seed)
     starts = np.concatenate([np.arange(0, 3000, 30), np.arange(3000, 3035)])
     run = np.repeat(np.arange(135), np.diff(np.append(starts, 3035)))

@@ -28,6 +28,6 @@ def test_a_name_that_went_with_one_before_it_is_not_refused_again(monkeypatch: p
     block = SimpleNamespace(reference=False, generic=False)
     found = Believed(library=[0, 1], unknown=[], pool=SimpleNamespace(blocks=[block, block]))
     monkeypatch.setattr(module, "vetoed", lambda f, b, starts: Veto(b, ALONE, 3))
-    monkeypatch.setattr(module, "_unnamed_in_place", lambda f, b, starts: f.library.clear())
+    monkeypatch.setattr(module, "_unnamed_in_place", lambda f, b, starts, budgets: f.library.clear())
     assert [v.block for v in refusals(found, np.array([0]), {})] == [0]
     assert not found.library
