@@ -16,7 +16,7 @@ from planner.diagnose.hypotheses.candidates import (
     lasts,
 )
 from planner.diagnose.hypotheses.estimates import estimates
-from planner.diagnose.hypotheses.noise import LEAST_RUNS
+from planner.diagnose.hypotheses.noise import LEAST_RUNS, least_freedom
 from planner.diagnose.hypotheses.pool import Pool, given
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.sensor import SensorFound
@@ -25,7 +25,6 @@ from planner.nouns.diagnosis import NotFound, Untestable
 from planner.protocols import Condition, Effect
 from planner.units import from_si
 
-A_COEFFICIENT = 3  # rows for each coefficient of the declared model, below which nothing more is told
 LEAST_K = 1.0  # kelvins between records, below which a chamber is at one temperature
 FLAT: Mapping[Condition, tuple[str, float]] = {
     "temperature_rate": ("the temperature never changes during a record", 0.0),
@@ -74,7 +73,7 @@ def _unseen(s: SensorFound, data: Prepared, effect: Effect) -> str:
             f"{what} under the same conditions would test it"
         )
     fitted = max(w.Q.shape[1] for w in s.found.pool.state.values())
-    if len(data.table) < A_COEFFICIENT * fitted:
+    if len(data.table) - fitted < least_freedom(data.starts):
         return f"{len(data.table)} rows are too few beside the {fitted} coefficients of the declared model"
     if s.sensor == "gyro" and effect.group != "bias":
         fastest = float(np.abs(s.channels[0].model.conditions.rate).max())

@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from planner.campaign.channel_model import EXCITING
 from planner.diagnose.hypotheses.channels import Channel, usual_columns
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
+from planner.diagnose.unseen_runs import cells_of
 from planner.measurement import sensed
 from planner.nouns.array import Array
 from planner.solvers.block_covariance import BlockCovariance
@@ -151,18 +152,26 @@ class Readings:
         few, n = len(self.starts) < self.least_runs, len(self.channel.r)
         return _indicators(self.starts, n) if few else np.empty((n, 0))
 
+    @property
+    def conditions(self) -> Array:
+        """(n, k) indicators of the conditions: what no model of the channel leaves is scatter within one."""
+        cells = cells_of(self.channel.model.conditions)
+        return np.eye(int(cells.max(initial=-1)) + 1)[cells]
+
     @cached_property
     def spanned(self) -> Array:
         """(m, r) orthonormal columns of the full model, at the rows that tell the variances.
 
-        Of the declared one where these are too few for the full.
+        Of a level of every condition where these are too few for the full; of the declared one where no
+        conditions come again either.
         """
         rows, firsts = judged_rows(self.starts, len(self.channel.r))
         declared, *blocks, fixed = (x[rows] for x in (self.declared, *self.blocks, self.fixed))
-        full = factors(np.column_stack([declared, *blocks, fixed]), TOLD).basis
-        if len(rows) - full.shape[1] < least_freedom(firsts):
-            return factors(np.column_stack([declared, fixed]), 1e-7).basis
-        return full
+        for parts in (blocks, [self.conditions[rows]] if blocks else []):
+            full = factors(np.column_stack([declared, *parts, fixed]), TOLD).basis
+            if len(rows) - full.shape[1] >= least_freedom(firsts):
+                return full
+        return factors(np.column_stack([declared, fixed]), 1e-7).basis
 
     @cached_property
     def judged(self) -> Judged:
