@@ -196,3 +196,18 @@ def test_what_is_more_than_the_spec_lets_wander_has_its_name_in_six_power_ons(hi
     found = diagnose(replace(table, acc=None), unit.spec)
     assert {e.effect for e in found.effects} == {hidden.split("=")[0]}
     assert found.unknown == found.reference_suspects == ()
+
+
+@pytest.mark.parametrize(
+    ("hidden", "seed"), [("vibration_rectification=2e-5 g/g^2", 102), ("cross_coupling=0.02 mg/g^2", 102)]
+)
+@pytest.mark.further(
+    ("hidden", "seed"), [("vibration_rectification=2e-5 g/g^2", seed) for seed in (101, 103)]
+)
+def test_of_two_names_one_within_the_other_the_plainer_one_is_told(hidden: str, seed: int) -> None:
+    """Of two thousand sigma: six products of the forces, three of them alike to 0.1 %, had been the name."""
+    unit = load_spec(SHIPPED / "high_g.yaml")
+    plan = json.loads(plan_text(shipped_plan("high_g").plan))
+    table, _ = simulate(unit, plan, (f"accelerometer.{hidden}",), seed, settings_of(unit.spec))
+    found = diagnose(replace(table, gyro=None), unit.spec)
+    assert {e.effect for e in found.effects} == {hidden.split("=")[0]}

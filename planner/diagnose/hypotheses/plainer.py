@@ -8,6 +8,11 @@ beside the coefficient k with that scatter in the covariance,
 
 in whitened rows, s the coefficient's column and C the table's; F = Δ/m on m and n − m − 1, n power-ons that
 tell k.
+
+Nor is a name of several coefficients one that has another name within it, where they stand to each other as
+the plainer one says. Each could have been anything up to its size: that it is not is a coincidence of one in
+√Δ, log Δ of twice the log-likelihood. So the plainer name may leave that much for every coefficient less: at
+two thousand sigma any name misses some, and whatever has more coefficients takes it up.
 """
 
 from __future__ import annotations
@@ -18,17 +23,26 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.diagnose.hypotheses.found import SINGLE, Found, free
-from planner.diagnose.hypotheses.pool import RANK, inverse
+from planner.diagnose.hypotheses.pool import RANK, given, inverse
 from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.verdicts import TAIL, is_table, per_power_on
 from planner.diagnose.hypotheses.whitened import log_p
 from planner.nouns.array import Array
 
 NEARLY = 0.9  # of what a table explains, from which one coefficient may be all there is of it
+MISSED = 0.01  # of what a name explains, that one within it may leave: of less no coefficient is told apart
+WITHIN = 1e-3  # of what a name explains, that one within it explains beside it at most
 
 
 def plainer(found: Found, library: Sequence[int]) -> None:
-    """Put a coefficient in the place of a believed table that is no more than its scatter."""
+    """Put a coefficient in the place of a believed table that is no more than its scatter.
+
+    And a name in that of another that has it within and is no more.
+    """
+    for b in [b for b in found.library if not is_table(found, b) and not found.pool.blocks[b].reference]:
+        c = _within(found, b, library)
+        if c is not None:
+            found.library[found.library.index(b)] = c
     for b in [b for b in found.library if is_table(found, b)]:
         here, whole = found.without(b), found.share(b).delta
         plain = {}
@@ -42,6 +56,25 @@ def plainer(found: Found, library: Sequence[int]) -> None:
             starts = here.state[min(found.axes(b))].noise.starts
             if _PowerOns(*per_power_on(here, [c, b], starts)).log_p_of_the_table() > np.log(SINGLE):
                 found.library[found.library.index(b)] = c
+
+
+def _within(found: Found, b: int, library: Sequence[int]) -> int | None:
+    """The name within a believed one that explains it but for a coincidence; None: there is none."""
+    here, whole = found.without(b), found.share(b)
+    best: dict[int, float] = {}
+    for c in free(found.pool, library, found.all) if whole.m > 1 else ():
+        if found.axes(c) == found.axes(b) and not is_table(found, c):
+            s = score(here, [c])
+            missed = (whole.delta - s.delta) / whole.s2
+            few = missed < min((whole.m - s.m) * np.log(whole.delta), MISSED * whole.delta)
+            if 0 < s.m < whole.m and few and _is_within(found, c, whole.delta):
+                best[c] = s.delta
+    return max(best, key=lambda c: best[c], default=None)
+
+
+def _is_within(found: Found, c: int, explained: float) -> bool:
+    """Whether a name says nothing of its own beside everything believed, which explains so much."""
+    return score(given(found.pool, found.all), [c]).delta <= WITHIN * explained
 
 
 @dataclass(frozen=True)
