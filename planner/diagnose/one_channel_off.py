@@ -36,7 +36,7 @@ TRIED = 12  # power-ons of which most is left for what the fit left free
 SEVERAL = 3  # rows that are each farther than any of the others: fewer are accidents of rows
 SEEN = 1e-6  # of a column's length about the means of power-ons, below which it is nothing
 RANK = 1e-10  # of the largest eigenvalue of XᵀX
-FREE = 1e-6  # of a direction's square that the other power-ons do not determine, below which it is nothing
+FREE = 0.1  # of a direction, that is left of it beside its own fit: of less the others hardly say what it is
 
 
 @dataclass(frozen=True)
