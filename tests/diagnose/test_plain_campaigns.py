@@ -213,3 +213,15 @@ def test_of_two_names_one_within_the_other_the_plainer_one_is_told(hidden: str, 
     table, _ = simulate(unit, plan, (f"accelerometer.{hidden}",), seed, settings_of(unit.spec))
     found = diagnose(replace(table, gyro=None), unit.spec)
     assert {e.effect for e in found.effects} == {hidden.split("=")[0]}
+
+
+@pytest.mark.parametrize("seed", [5])
+@pytest.mark.further("seed", [1])
+def test_the_plainer_name_stands_on_the_channels_that_show_it_less(seed: int) -> None:
+    """70 sigma on one gyro, 12 on another: there the products of forces had been the name."""
+    unit = load_spec(SHIPPED / "high_g.yaml")
+    plan = json.loads(plan_text(shipped_plan("high_g").plan))
+    hidden = ("gyro.vibration_rectification=1.06e-5 deg/s/g^2",)
+    table, _ = simulate(unit, plan, hidden, seed, settings_of(unit.spec))
+    found = diagnose(replace(table, acc=None), unit.spec)
+    assert {e.effect for e in found.effects} == {"vibration_rectification"}

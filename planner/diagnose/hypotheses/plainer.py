@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.diagnose.hypotheses.found import SINGLE, Found, free
+from planner.diagnose.hypotheses.found import ALIKE, SINGLE, Found, free
 from planner.diagnose.hypotheses.pool import RANK, given, inverse
 from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.verdicts import TAIL, is_table, per_power_on
@@ -40,9 +40,10 @@ def plainer(found: Found, library: Sequence[int]) -> None:
     And a name in that of another that has it within and is no more.
     """
     for b in [b for b in found.library if not is_table(found, b) and not found.pool.blocks[b].reference]:
-        c = _within(found, b, library)
+        c = _within(found, b, library) if b in found.library else None
         if c is not None:
             found.library[found.library.index(b)] = c
+            _also_elsewhere(found, found.pool.blocks[b].name, found.pool.blocks[c].name, library)
     for b in [b for b in found.library if is_table(found, b)]:
         here, whole = found.without(b), found.share(b).delta
         plain = {}
@@ -70,6 +71,17 @@ def _within(found: Found, b: int, library: Sequence[int]) -> int | None:
             if 0 < s.m < whole.m and few and _is_within(found, c, whole.delta):
                 best[c] = s.delta
     return max(best, key=lambda c: best[c], default=None)
+
+
+def _also_elsewhere(found: Found, name: str, plain: str, library: Sequence[int]) -> None:
+    """The plainer name where the other stood by what channels have in common (`Found.alike`)."""
+    for b in [b for b in found.library if found.pool.blocks[b].name == name]:
+        here = found.without(b)
+        for c in free(found.pool, library, found.all):
+            same = found.pool.blocks[c].name == plain and found.axes(c) == found.axes(b)
+            if same and score(here, [c]).among_names + ALIKE >= score(here, [b]).among_names:
+                found.library[found.library.index(b)] = c
+                break
 
 
 def _is_within(found: Found, c: int, explained: float) -> bool:
