@@ -2,7 +2,7 @@
 
     z = C γ + x(t) + e,   cov x(t), x(t') = f² (σ_b² + σ_s² u u') exp(−|t − t'| / τ) in every power-on
 
-as in `walk_in_store`: σ and τ of the `in_run` of the bias and of the scale factor, u the input, f one for
+as in `as_likely`: σ and τ of the `in_run` of the bias and of the scale factor, u the input, f one for
 the three channels, 0 to 1, and no other process in e. Of fewer than eight power-ons, each with a level of its
 own, the rows of a channel hardly tell that it wanders (of more `own_noise` asks), and a process along which
 each goes its own way is a drift, a warm-up or a curve over whatever else goes on in them, of seven sigma.
@@ -15,10 +15,10 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.diagnose.hypotheses.as_likely import as_likely
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.found import Found
 from planner.diagnose.hypotheses.noise import LEAST_RUNS
-from planner.diagnose.hypotheses.walk_in_store import as_likely
 from planner.diagnose.hypotheses.whitened import cleared
 from planner.nouns.array import Array
 from planner.spec.budget import ErrorBudget
