@@ -247,7 +247,7 @@ def _judged(given: Readings) -> Judged:
     within = tuple(d.at(rows) for d in effects.drifts)
     part = RandomEffects(firsts, effects.diagonals[:, rows], effects.slopes[:, rows], within)
     least = np.zeros(effects.count)
-    least[0] = (ROUNDING * float(np.abs(c.y).max(initial=1e-30))) ** 2
+    least[0] = max(ROUNDING * float(np.abs(c.y).max(initial=1e-30)), finest(c)) ** 2
     return Judged(
         Sample(c.r[rows], given.spanned, part, True),
         effects,
@@ -257,6 +257,18 @@ def _judged(given: Readings) -> Judged:
         least,
         given.drawn,
     )
+
+
+def finest(c: Channel) -> float:
+    """What a reading cannot be told finer than: the step of its numbers, or rounding.
+
+    Rows of one condition that have hardly any noise all have the same error of it: what they scatter by is no
+    noise of theirs.
+    """
+    steps = np.diff(np.unique(c.y))
+    step = float(np.min(steps[steps > 0], initial=np.inf))
+    coarse = step if np.isfinite(step) and len(steps) < len(c.y) / 2 else 0.0
+    return float(max(coarse / np.sqrt(12.0), 1e-12 * np.abs(c.y).max(initial=0.0)))
 
 
 def least_freedom(starts: NDArray[np.int64]) -> int:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.channels import Channel
+from planner.diagnose.hypotheses.noise import finest
 from planner.diagnose.hypotheses.orthogonal import clear
 from planner.diagnose.hypotheses.whitened import SEEN
 from planner.nouns.array import Array
@@ -288,17 +289,9 @@ def _least_scale(c: Channel, starts: NDArray[np.int64], spread: Array, shared: A
     drew still in it (no mean is taken off one or two rows), than that and its noise together. Among thousands
     of rows about the means of theirs a few alone in their power-ons were all far, by their levels.
     """
-    told = _least(c) / spread
+    told = finest(c) / spread
     if shared is None:
         return told
     sizes = np.diff(np.append(starts, len(spread)))
     whole = np.repeat(sizes <= FEWEST, sizes) & (shared > 0.0)
     return np.where(whole, np.maximum(told, np.hypot(1.0, shared / spread)), told)
-
-
-def _least(c: Channel) -> float:
-    """What a reading cannot be finer than: the step of its numbers, or rounding."""
-    steps = np.diff(np.unique(c.y))
-    step = float(np.min(steps[steps > 0], initial=np.inf))
-    coarse = step if np.isfinite(step) and len(steps) < len(c.y) / 2 else 0.0
-    return float(max(coarse / np.sqrt(12.0), 1e-12 * np.abs(c.y).max(initial=0.0)))
