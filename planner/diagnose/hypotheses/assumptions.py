@@ -15,7 +15,7 @@ from planner.diagnose.hypotheses.outliers import FAR_WEIGHT
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.diagnose.hypotheses.spread_law import SpreadLaw, errors, refused, spread_law
-from planner.diagnose.hypotheses.wander import wander
+from planner.diagnose.hypotheses.wander import CHANCE, wander
 from planner.diagnose.hypotheses.whitened import Whitened
 from planner.nouns.array import Array
 from planner.nouns.diagnosed_spreads import NOISE, WHITE_OF_1_S, Assumption, BudgetExceeded
@@ -140,7 +140,10 @@ class _Beside:
 
 
 def _noise(s: SensorFound, w: Whitened, budgets: Mapping[str, ErrorBudget], data: Prepared) -> ChannelNoise:
-    """A channel's noise, with what moves within its power-ons where the rows show that something does."""
+    """A channel's noise, with what moves within its power-ons where the rows show that something does.
+
+    In the correlation time of the budget: sigma of 2000 s steps as far in a minute as half of it of 600 s.
+    """
     if "bias" not in budgets:
         return w.noise
     pool, axis = s.found.pool, w.channel.axis
@@ -151,7 +154,8 @@ def _noise(s: SensorFound, w: Whitened, budgets: Mapping[str, ErrorBudget], data
         return channel_noise(
             Readings(w.channel, data.starts, data.table.duration, (believed,), weights, FEW_RUNS)
         )
-    return wander(w, believed, data.table.time_on, budgets["bias"].in_run_time) or w.noise
+    most = 1.0 if IN_RUN in w.noise.components else CHANCE
+    return wander(w, believed, data.table.time_on, budgets["bias"].in_run_time, most) or w.noise
 
 
 def _unbudgeted(a: Assumption) -> Assumption:

@@ -117,10 +117,12 @@ def can_tell(w: Whitened) -> bool:
     return len(w.noise.starts) >= LEAST_TO_WANDER and int(w.noise.sample.effects.sizes.max()) <= LARGEST
 
 
-def wander(w: Whitened, believed: Array, time_on: Array, tau: float) -> ChannelNoise | None:
+def wander(
+    w: Whitened, believed: Array, time_on: Array, tau: float, most: float = CHANCE
+) -> ChannelNoise | None:
     """The noise of a channel with such a process, its variance the last; None where the rows show none.
 
-    believed: (n, k) columns of what was found on it
+    believed: (n, k) columns of what was found on it; most: chance from which they show none
     """
     white = w.noise.whiten(believed)
     left = clear(orthonormal(clear(w.Q, white), TOLD), w.z)
@@ -136,7 +138,7 @@ def wander(w: Whitened, believed: Array, time_on: Array, tau: float) -> ChannelN
         return None
     gain = 2.0 * (loglik - restricted_loglik(sample, plain.theta))
     chance = 0.5 * float(chi_square_tail(gain, 1)) if gain > 0.0 else 1.0
-    if chance > CHANCE or found.theta[-1] <= 0.0:
+    if chance > most or found.theta[-1] <= 0.0:
         return None
     (known,) = without_zeros([found])
     return replace(
