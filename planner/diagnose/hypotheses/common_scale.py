@@ -162,11 +162,13 @@ def _scale_factor(w: Whitened, budgets: Mapping[str, ErrorBudget]) -> tuple[floa
     scaled = white[:, 1:][:, moves] * sigma[moves]  # by their prior sigmas: Λ is one
     U, size, Vt = np.linalg.svd(scaled, full_matrices=False)
     beta = (Vt.T * (size / (1.0 + size**2))) @ (U.T @ white[:, 0]) * sigma[moves]
-    inside = 1.0 / (1.0 + size**2) - 1.0
+    left = 1.0 / (1.0 + size**2)  # of the prior, where the rows tell; all of it elsewhere
     own = np.flatnonzero(moves)[np.flatnonzero(moves) < len(names)]
     nodes = np.flatnonzero(np.array([names[k] for k in own], dtype=object) == ERROR)
     at = sigma[own[nodes]]
-    covariance = (np.eye(len(nodes)) + (Vt[:, nodes].T * inside) @ Vt[:, nodes]) * at[:, None] * at
+    here = Vt[:, nodes]
+    untold = np.eye(len(nodes)) - here.T @ here if len(size) < Vt.shape[1] else 0.0
+    covariance = (untold + (here.T * left) @ here) * at[:, None] * at  # 1 − (1 − left) is 0 without noise
     weight = 1.0 / np.diag(covariance)
     weight /= weight.sum()
     return float(weight @ beta[nodes]), float(np.sqrt(weight @ covariance @ weight))
