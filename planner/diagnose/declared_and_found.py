@@ -30,11 +30,15 @@ _APART = 1e-9  # of the largest correlation of coefficients, below which they ar
 
 @dataclass(frozen=True)
 class Together:
-    """Coefficients γ (k,) of one effect against nothing: square γᵀ Φ⁺ γ, of rank and freedom (Wald's F)."""
+    """Coefficients γ (k,) of one effect against nothing: square γᵀ Φ⁺ γ, of rank and freedom (Wald's F).
+
+    each: t² and freedom of every one of them alone, beside the others
+    """
 
     square: float
     rank: int
     freedom: float
+    each: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -103,7 +107,9 @@ def _together(fit: Estimate, effect: str) -> Together | None:
     inverse = np.linalg.pinv(correlation, rcond=_APART, hermitian=True)
     size = fit.theta[mine] / error
     rank = int(np.linalg.matrix_rank(correlation, tol=_APART, hermitian=True))
-    return Together(float(size @ inverse @ size), rank, float(np.min(fit.fit.freedom[mine])))
+    freedom = fit.fit.freedom[mine]
+    each = tuple(zip(np.square(size).tolist(), freedom.tolist(), strict=True))
+    return Together(float(size @ inverse @ size), rank, float(np.min(freedom)), each)
 
 
 def _mean_slopes(fit: Estimate, effect: Effect) -> list[Coefficient]:

@@ -8,6 +8,11 @@ misalignments, and whatever else the spec's budgets let every power-on draw. Tha
 power-on and no noise of every record that grows with the input, nor a scale factor that wanders: of a few on
 a centrifuge misalignments made a square of the load at seven sigma, and g-sensitivities a drift over the
 temperature. Each is asked of the likelihood beside what hides in the noise (`hidden_columns`).
+
+Misalignments that the budget lets exceed the records' own noise are a variance in any case. Hardly seen at
+1 g they are forty times as large on an arm, where every direction has a power-on or two and all candidates
+together leave nothing of them: no likelihood asks, and a product of loads, a lever arm or a crooked mounting
+was claimed at fifteen sigma. How large they are, and how badly that is known, REML says.
 """
 
 from __future__ import annotations
@@ -19,7 +24,7 @@ import numpy as np
 from planner import catalog
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.hidden_columns import with_what_hides
-from planner.diagnose.hypotheses.noise import CROSS_NOISE, LEANS, Readings, draws
+from planner.diagnose.hypotheses.noise import CROSS_NOISE, LEANS, LEAST_RUNS, Readings, draws
 from planner.diagnose.hypotheses.wander import (
     LEAST_TO_WANDER,
     PROMISED,
@@ -46,7 +51,7 @@ def as_shown(
     A table over the time follows what wanders, and a process what a table says: the likelier of both stands.
     """
     whole, how = with_what_hides(plain, hidden)
-    if _leans(whole, how):
+    if how is not None and (_may_lean(whole, how, budgets) or _leans(whole, how)):
         plain = plain.with_noise(drawn=(LEANS,))
         whole, how = with_what_hides(plain, hidden)
     drawn = whole.drawn if how is None else _drawn(whole, how, budgets)
@@ -74,13 +79,24 @@ def alike(triad: Sequence[Readings]) -> list[Readings]:
     ]
 
 
-def _leans(readings: Readings, plain: Weighed | None) -> bool:
+def _may_lean(readings: Readings, plain: Weighed, budgets: Mapping[str, ErrorBudget]) -> bool:
+    """Whether the budget lets misalignments of a power-on exceed white noise, of as many as tell a spread."""
+    budget = budgets.get(LEANS)
+    return (
+        budget is not None
+        and budget.has_run_to_run
+        and len(readings.starts) >= LEAST_RUNS
+        and _exceeds(readings, plain, LEANS, budget)
+    )
+
+
+def _leans(readings: Readings, plain: Weighed) -> bool:
     """Whether the restricted likelihood is so much larger with misalignments of every power-on: χ² of two.
 
     Where they are left out, noise of each record that grows with the input across stands for them.
     """
     c = readings.channel
-    if plain is None or len(readings.starts) < LEAST_TO_WANDER or CROSS_NOISE not in plain.judged.components:
+    if len(readings.starts) < LEAST_TO_WANDER or CROSS_NOISE not in plain.judged.components:
         return False
     cross = float(plain.theta[plain.judged.components.index(CROSS_NOISE)])
     if cross * float(np.max(c.across**2)) < plain.theta[0]:
@@ -129,13 +145,18 @@ def _large(
     readings: Readings, plain: Weighed, budgets: Mapping[str, ErrorBudget]
 ) -> Iterator[tuple[str, float]]:
     """(effect, σ²) of what the budgets let every power-on draw, larger than white noise in one of them."""
-    c, starts = readings.channel, readings.starts
-    named = dict(zip(plain.judged.components, plain.theta.tolist(), strict=True))
-    white = named["white"] + named.get("constant", 0.0)
     for effect, budget in budgets.items():
         if effect in OF_THE_LEVEL or effect not in catalog.effects() or not budget.has_run_to_run:
             continue
-        variance = budget.run_to_run_largest**2
-        square = sum((x**2 for x in draws(c, [effect]).values()), np.zeros(len(c.r)))
-        if variance * float(np.add.reduceat(square, starts).max()) > white:
-            yield effect, variance
+        if _exceeds(readings, plain, effect, budget):
+            yield effect, budget.run_to_run_largest**2
+
+
+def _exceeds(readings: Readings, plain: Weighed, effect: str, budget: ErrorBudget) -> bool:
+    """Whether what one power-on may draw of an effect is more than white noise in its records."""
+    c = readings.channel
+    named = dict(zip(plain.judged.components, plain.theta.tolist(), strict=True))
+    white = named["white"] + named.get("constant", 0.0)
+    square = sum((x**2 for x in draws(c, [effect]).values()), np.zeros(len(c.r)))
+    largest = float(np.add.reduceat(square, readings.starts).max())
+    return bool(budget.run_to_run_largest**2 * largest > white)

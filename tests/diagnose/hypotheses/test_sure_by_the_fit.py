@@ -65,6 +65,23 @@ def test_a_hundred_names_ask_more_than_an_interval() -> None:
     assert chance_by_the_fit(begun.pool, {1: ChannelEstimates({}, {}, ())}, b) == 0.0
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_one_product_is_as_sure_as_it_is_known_itself(seed: int) -> None:
+    """Another one known by six power-ons made 9.8 sigma of it no surer than chance; nothing stays nothing."""
+    begun = begin(prepared(read(axes_apart(seed), seed)), "gyro", DECLARED)
+    name = "g_sensitivity"
+    b = next(i for i, x in enumerate(begun.pool.blocks) if x.key == (name, (0,)))
+    assert begun.pool.blocks[b].apart
+
+    def chance(sigma: float, freedom: float) -> float:
+        each = ((sigma**2, freedom), (1.0, 5.7), (0.1, 200.0))
+        told = Together(sigma**2 + 1.1, 3, min(f for _, f in each), each)
+        return chance_by_the_fit(begun.pool, {0: ChannelEstimates({}, {}, (), {name: told})}, b)
+
+    assert chance(9.8, 26.0) < ALPHA < chance(3.5, 200.0)
+    assert chance(9.8, 5.7) > ALPHA  # badly known itself
+
+
 def test_what_the_fit_is_not_sure_of_is_no_name() -> None:
     sure = found_effect("misalignment_temperature", "accelerometer_z", -3.1e-7, 2.5e-7)
     assert told_from_zero([sure])[0] == [sure]
