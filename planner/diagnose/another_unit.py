@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from planner.diagnose.another_unit_at_rest import another_at_rest
 from planner.diagnose.hypotheses.bench_directions import at_rest, horizontal, loaded
 from planner.diagnose.hypotheses.prepared import LEAST_OF_MANY
+from planner.diagnose.hypotheses.read_temperature import STILL_K_S
 from planner.diagnose.hypotheses.whitened import log_p
 from planner.diagnose.leans_change import leans_change
-from planner.diagnose.mounted_anew import mounted_anew
+from planner.diagnose.mounted_anew import mounted_anew, scaled_anew
 from planner.measurement import AXES
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect
@@ -103,18 +104,24 @@ def another_unit(table: DwellTable, kept: NDArray[np.bool_]) -> AnotherUnit | No
             together += each.sum(axis=0)
     if surest is not None:
         first, best, last = _places(together)
-        if mounted_anew(rows.sensors, rows.weights, rows.run, best):
-            return None  # which power-on, and by what angles, is told beside the error model
+        seen = rows.sensors, rows.weights, rows.run, best
+        if mounted_anew(*seen) or scaled_anew(*seen):
+            return None  # which power-on, and by how much, is told beside the error model
         return _said(rows, surest[0], best, "scale factors and misalignments", (first, last))
     stepped = _all_step(rows) or _all_step(rows, level_of_turns=False)
     return _at_rest(table, kept) if stepped is None else _said(rows, *stepped, "the biases of all channels")
 
 
 def _at_rest(table: DwellTable, kept: NDArray[np.bool_]) -> AnotherUnit | None:
-    """Whether the leans of all accelerometers become others, by their rests alone."""
+    """Whether the leans of all accelerometers become others, by their rests alone.
+
+    Of power-ons at one temperature: on a ramp the bias moves from face to face, and few soaked ones before it
+    scatter so.
+    """
     if table.acc is None or table.ref_acc is None:
         return None
-    rows = _rows(table, kept & at_rest(table.conditions()))
+    moves = np.unique(table.run[np.abs(table.temperature_rate) > STILL_K_S])
+    rows = _rows(table, kept & at_rest(table.conditions()) & ~np.isin(table.run, moves))
     if len(rows.order) == 0:
         return None
     north = horizontal(table.conditions().at(rows.order))[0]

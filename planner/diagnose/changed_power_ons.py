@@ -1,9 +1,9 @@
-"""Of which power-ons a reference may be another one: from one on, all of one day, or one alone.
+"""Of which power-ons a reference may be another one: from one on, those of a day, a few in turn, one alone.
 
 A unit that is taken off a bench and put back stands otherwise from that power-on on. One that was set up for
 a day, on another fixture or by another hand, stands otherwise in the power-ons of that day, and those before
-and after it agree: from any power-on on, a part of what was wrong is then said, at a wrong size. One power-on
-that is off by itself is a part of that too.
+and after it agree: from any power-on on, a part of what was wrong is then said, at a wrong size. So do those
+about one that was put back before the day was over. One power-on that is off by itself is a part of all that.
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ LEAST_RUNS = 3  # power-ons: of two either is otherwise than the other
 AS_MUCH = 1e-3  # of the most that is explained, which columns that are linear in a change miss of it
 CHI2_95 = 3.84  # of one degree of freedom, by which one set is better than another by chance
 
-Span = Literal["throughout", "on", "day", "alone"]
-ORDER: tuple[Span, ...] = ("on", "day", "alone")
+LONGEST = 8  # power-ons in turn, that are neither a day's nor all behind one
+Span = Literal["throughout", "on", "day", "while", "alone"]
+ORDER: tuple[Span, ...] = ("on", "day", "while", "alone")
 
 
 def sets_of(day: Array, first_day: bool) -> tuple[NDArray[np.bool_], list[Span]]:
@@ -51,6 +52,12 @@ def said(span: Span, runs: NDArray[np.int64]) -> dict[str, str]:
     if span == "day":
         which = f"runs {first} to {last}, those of one day"
         return {"when": f"in {which},", "before": f"for {which}", "there": "in these"}
+    if span == "while":
+        return {
+            "when": f"in runs {first} to {last}",
+            "before": f"for runs {first} to {last}",
+            "there": "in these",
+        }
     return {"when": f"from run {first} on", "before": f"before run {first}", "there": "from there on"}
 
 
@@ -64,5 +71,8 @@ def _sets(day: Array, first_day: bool) -> Iterator[tuple[NDArray[np.bool_], Span
         there = whole == one
         if SIDE <= np.count_nonzero(there) <= len(day) - side:
             yield there, "day"
+    for first in range(0 if first_day else 1, len(day)):
+        for last in range(first + SIDE - 1, min(first + LONGEST, len(day) - side)):
+            yield (order >= first) & (order <= last), "while"
     for k in order.tolist():
         yield order == k, "alone"

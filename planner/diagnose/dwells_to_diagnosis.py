@@ -78,7 +78,7 @@ def diagnose(
     )
     common = [one for s in found if (one := common_scale(s, spec)) is not None]
     wrong = (*wrong, *stays.suspects, *off_as_a_whole(left), *common)
-    untestable += _of_references(found, spec, {one.hypothesis for one in common})
+    untestable += _of_references(found, spec, {one.hypothesis for one in wrong})
     return UnitDiagnosis(
         unit=str(table.unit[0]),
         verdict=verdict_of((*effects, *(s for s in wrong if not s.expected)), unknown, not_found),
@@ -213,7 +213,7 @@ def _limits(
 def _of_references(found: Sequence[SensorFound], spec: Spec, told: Container[str]) -> list[Untestable]:
     """What these records cannot show of the references."""
     scales = [one for s in found if (one := untold_scale(s)) is not None and one.effect not in told]
-    return [*scales, *untold_offset(spec)]
+    return [*scales, *(one for one in untold_offset(spec) if one.effect not in told)]
 
 
 def _no_sensor(sensor: Sensor, data: Prepared) -> str:

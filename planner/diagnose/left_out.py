@@ -84,7 +84,7 @@ def whole_run(run: int, channels: Sequence[str] = (), or_runs: Sequence[int] = (
     """
     instead = "".join(f", or run {other} is" for other in or_runs)
     if not channels:
-        return f"{off(run)}{instead}: another mounting, another unit, or a reference of another run"
+        return f"{off(run)}{instead}: another mounting, another unit, a shock, or a reference of another run"
     names = " and ".join(c.replace("_", " ") for c in channels)
     return (
         f"run {run} is off on {names} alone{instead}: a sign or an axis lost in its records, a reference "

@@ -3,8 +3,9 @@
 Its rows are too many to be spikes, and as noise they would widen the spreads of every channel: the unit then
 exceeds its budgets, and nothing else is found beside them. Of what a search leaves of each power-on, about
 its mean, it has many times as much as the others, on several channels at once; or one channel has so much
-more in it than in any other that no spread explains it (`one_channel_off`). Spikes are no such thing, though
-several channels have one each in the same power-on: its farthest row counts on no channel.
+more in it than in any other that no spread explains it (`one_channel_off`), or its levels are off on several
+channels (`levels_off`). Spikes are no such thing, though several channels have one each in the same power-on:
+its farthest row counts on no channel.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.diagnose.left_out import whole_run
+from planner.diagnose.levels_off import levels_off
 from planner.diagnose.one_channel_off import alone
 from planner.diagnose.unseen_runs import cells_of
 from planner.nouns.array import Array
@@ -30,6 +32,7 @@ LEAST_ALIKE = 4  # others, where these are fewer: one channel is so far off in 1
 LEAST_ROWS = 3  # of a power-on, about whose mean something is left
 FARTHER = 25.0  # times the square of the middle power-on: five sigma in every row
 REPEATED = 0.5  # share of its rows whose motion another power-on has: the others say what it should read
+EITHER = 2  # power-ons, of which one is off and nothing tells which
 CHANNELS = 3  # of a unit: its own change at one power-on is of one; of heavy tails three are so in 1 of 1e4
 
 
@@ -71,6 +74,9 @@ def off_power_on(found: Sequence[SensorFound], data: Prepared) -> Off | None:
         off = np.flatnonzero(told & (ratio > FARTHER))
         if len(off) == 1:
             return Off((int(run[off[0]]),), every)
+        off = levels_off(found, data, told, CHANNELS)
+        if 0 < len(off) <= EITHER:
+            return Off(tuple(run[off].tolist()), every)
     places, channels = alone(found, data, told)
     if not places or (len(run) < LEAST_RUNS and len(channels) < CHANNELS):
         return None

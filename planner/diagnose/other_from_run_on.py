@@ -93,6 +93,11 @@ def _mounted(sensor: Sensor, conditions: Conditions) -> list[Array]:
     return [np.cross(e, u) for e in np.eye(3)]
 
 
+def _mounted_on_the_arm(sensor: Sensor, conditions: Conditions) -> list[Array]:
+    u = sensed(sensor, conditions) * loaded(conditions)[:, None]
+    return [np.cross(e, u) for e in np.eye(3)]
+
+
 def _mounted_at_rest(sensor: Sensor, conditions: Conditions) -> list[Array]:
     u = sensed(sensor, conditions) * at_rest(conditions)[:, None]
     return [np.cross(e, u) for e in np.eye(3)]
@@ -129,6 +134,7 @@ _ANEW = (
 _KINDS = (
     _Kind("mounting", ("gyro", "accelerometer"), _mounted, MOST_RAD, "", _ANEW),
     _Kind("mounting", ("gyro", "accelerometer"), _mounted_at_rest, MOST_RAD, "at rest, ", _ANEW),
+    _Kind("mounting", ("gyro", "accelerometer"), _mounted_on_the_arm, MOST_RAD, "on the centrifuge, ", _ANEW),
     _Kind(
         "base_tilt", ("accelerometer",), _tilted, MOST_RAD, "",
         "look up whether the base settled or was levelled anew: {when} it leans by {sizes} deg along north "
@@ -264,6 +270,7 @@ def _best(
         p > CHANCE
         or delta[k] < max(_misfit(found, kind), throughout)
         or not agree(np.array([x.gram[k] for x in sums]), np.array([x.h[k] for x in sums]), s2)
+        or (kind.felt is _read_out and not all(_says(x.sensor, sums, k, s2) for x in sums))
     ):
         return None
     gamma = way @ h[k]
@@ -280,7 +287,7 @@ def _best(
         kind, data.table.run[data.starts[sets[k]]], spans[k], gamma, half, tuple(x.name for x in sums),
         p, float(np.sqrt(delta[k])), float(chi_square_tail(square, len(gamma))), float(stated),
     )  # fmt: skip
-    if kind.felt not in (_scaled, _read_out, _mounted) or spans[k] == "alone":
+    if kind.felt not in (_scaled, _read_out, _mounted, _mounted_on_the_arm) or spans[k] == "alone":
         return told
 
     def put_right(size: Array) -> DwellTable:
@@ -289,6 +296,13 @@ def _best(
     see = [s for s in mine if any(x.told[k] for x in sums if x.sensor == s.sensor)]
     within = size_within_power_ons(kind.felt, see, data.starts, sets[k], put_right)
     return replace(told, gamma=within) if np.linalg.norm(within) <= kind.most else None
+
+
+def _says(sensor: Sensor, sums: Sequence[_Sums], k: int, s2: float) -> bool:
+    """Whether a sensor says it by itself: what one alone says is its own reference's, not the read-out's."""
+    mine = [x for x in sums if x.sensor == sensor]
+    gram, h = np.sum([x.gram[[k]] for x in mine], axis=0), np.sum([x.h[[k]] for x in mine], axis=0)
+    return float(chi_square_tail(float(explained(gram, h, SEEN)[0]) / s2, h.shape[1])) < AS_BUDGETED
 
 
 def _sums(kind: _Kind, s: SensorFound, axis: int, sets: NDArray[np.bool_]) -> _Sums:

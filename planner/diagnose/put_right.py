@@ -31,6 +31,10 @@ from planner.diagnose.other_from_run_on import other_from_run_on
 from planner.diagnose.run_of_another_temperature import of_another_temperature
 from planner.diagnose.stepped_run import stepped_run
 from planner.diagnose.table_rate_of_power_ons import table_rate_of_power_ons
+from planner.diagnose.thermometer_of_power_ons import (
+    sized_again,
+    thermometer_of_power_ons,
+)
 from planner.dwells.table_rows import rows_of
 from planner.nouns.diagnosis import ReferenceSuspect, Refused, RowLeftOut
 from planner.nouns.dwell_table import DwellTable
@@ -101,7 +105,7 @@ class Stays:
     """Rows of a table that are judged, and what is found of them. kept: (n,); off: rows of what is off
 
     suspects: a power-on that was at another temperature; mended: the same rows with a reference of one put
-    right, where that was looked at and is what is wrong
+    right, or the thermometer of some, where that was looked at and is what is wrong
     """
 
     kept: NDArray[np.bool_]
@@ -164,6 +168,9 @@ def without_off(table: DwellTable, kept: NDArray[np.bool_], search: Search) -> S
     other = of_another_temperature(found, data)
     if other is not None and lags_more(found, data, other.strength):
         return Stays(kept, judged)
+    mended = _of_the_thermometer(judged, search, 0.0 if other is None else other.strength)
+    if mended is not None:
+        return Stays(kept, judged, mended=mended)
     one = off_power_on(found, data) if other is None else None
     step = stepped_run(found, data) if one is None and other is None else None
     mended = _of_the_bench(judged, search) if one is not None or step is not None else None
@@ -193,5 +200,27 @@ def _of_the_bench(judged: Judged, search: Search) -> Judged | None:
     if bench is None:
         return None
     mended = search.judged(bench.right(judged.table), (bench.suspect,))
-    found, data = mended.found, mended.data
-    return mended if off_power_on(found, data) is None and stepped_run(found, data) is None else None
+    return mended if _nothing_is_off(mended) else None
+
+
+def _of_the_thermometer(judged: Judged, search: Search, strength: float) -> Judged | None:
+    """The rows at the temperatures that one thermometer would have read, where none is then off, or None.
+
+    strength: of what else explains it. Asked once more where the first answer left some. Three power-ons that
+    stood crooked were 5 K of a day's thermometer, and one of them was off with it and without.
+    """
+    first = thermometer_of_power_ons(judged.found, judged.data, search.benches)
+    if first is None or first.strength <= strength:
+        return None
+    mended = search.judged(first.right(judged.table), (first.suspect,))
+    again = sized_again(first, mended.found, mended.data)
+    if abs(again.value - first.value) > again.half:
+        mended = search.judged(again.right(judged.table))
+    mended = replace(mended, suspects=(again.suspect,))
+    return mended if _nothing_is_off(mended) else None
+
+
+def _nothing_is_off(judged: Judged) -> bool:
+    """Whether no power-on is off as a whole, or stepped."""
+    found, data = judged.found, judged.data
+    return off_power_on(found, data) is None and stepped_run(found, data) is None

@@ -9,12 +9,12 @@ import pytest
 
 from planner.diagnose.another_unit import another_unit
 from planner.nouns.dwell_table import DwellTable
-from tests.diagnose.hypotheses.hall import G, Hall, axes_apart, read
+from tests.diagnose.hypotheses.hall import G, Hall, Noise, axes_apart, read
 
 
-def _tumbles_at_the_end(seed: int, count: int = 3) -> Hall:
+def _tumbles_at_the_end(seed: int, count: int = 3, visits: int = 2) -> Hall:
     """Rests and turns at three temperatures, and `count` power-ons of rests behind them."""
-    hall = axes_apart(seed, 2)
+    hall = axes_apart(seed, visits)
     rests = [run for run in np.unique(hall.run) if not hall.turns[hall.run == run].any()][:count]
     rows = np.concatenate([np.arange(len(hall.run)), *(np.flatnonzero(hall.run == run) for run in rests)])
     new = np.concatenate(
@@ -64,3 +64,20 @@ def test_a_unit_that_stays_or_is_mounted_anew(seed: int) -> None:
         assert table.acc is not None
         assert np.ptp(table.acc) > G
         assert another_unit(table, _every(table)) is None
+
+
+def _ramp_at_the_end(seed: int) -> Hall:
+    """Rests and turns at three temperatures, and four faces behind them on a ramp of 3 K/min."""
+    hall = _tumbles_at_the_end(seed, 1, 4)
+    last = hall.run == hall.run.max()
+    heated = hall.temperature + np.where(last, 3.0 / 60.0 * (hall.time_on - hall.time_on[last].min()), 0.0)
+    kept = ~last | (np.cumsum(last) <= 4)
+    hall = replace(hall, temperature=heated, ramp=np.where(last, 3.0, 0.0))
+    return Hall(**{name: value[kept] for name, value in vars(hall).items()})
+
+
+@pytest.mark.parametrize("seed", [61, 63, 68, 69, 79, 80])
+def test_a_bias_that_moves_on_a_last_ramp_is_no_lean(seed: int) -> None:
+    """Another unit was said to begin with the ramp, and every record behind it was left out."""
+    table = read(_ramp_at_the_end(seed), seed, acc=Noise(2e-5, 6e-4, 0.0))
+    assert another_unit(table, _every(table)) is None

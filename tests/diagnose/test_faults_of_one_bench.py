@@ -63,6 +63,33 @@ def test_a_base_leans_under_one_bench_of_two(seed: int, column: bool) -> None:
     assert not column or f"it is the bench of run {first}, " in suspect.check  # else these are all rests
 
 
+@pytest.mark.parametrize("share", [1.2e-3, -6e-4])
+@pytest.mark.parametrize("seed", [85])
+@pytest.mark.further("seed", [86, 87])
+def test_gravity_is_another_one_on_one_bench_of_two(seed: int, share: float) -> None:
+    """Scale factors were said to scatter from power-on to power-on beyond their budget, and no more."""
+    hall = axes_apart(seed, 4)
+    second = np.asarray((hall.run - 1) // 4 % 2 == 1)
+    felt = replace(hall, up=hall.up * (1.0 + share * second[:, None]))
+    table = replace(read(hall, seed, felt=felt), bench=np.where(second, "two", "one"))
+    suspect = _suspect(diagnose(table, SPEC), "local_gravity")
+    one = "it is the bench of run 5, " in suspect.check  # the one is heavier by what the other is lighter
+    assert abs(suspect.value - (share if one else -share)) < 0.1 * abs(share)
+
+
+@pytest.mark.parametrize("share", [1.5e-3, -5e-4])
+@pytest.mark.parametrize("seed", [88])
+@pytest.mark.further("seed", [89, 90])
+def test_one_table_of_two_turns_faster(seed: int, share: float) -> None:
+    hall = axes_apart(seed, 4)
+    second = np.asarray((hall.run - 1) // 4 % 2 == 1)
+    felt = replace(hall, turn=hall.turn * (1.0 + share * second[:, None]))
+    table = replace(read(hall, seed, felt=felt), bench=np.where(second, "two", "one"))
+    suspect = _suspect(diagnose(table, SPEC), "table_rate")
+    one = "it is the bench of run 6, " in suspect.check
+    assert abs(suspect.value - (share if one else -share)) < 0.1 * abs(share)
+
+
 @pytest.mark.parametrize("seed", [91, 92])
 @pytest.mark.further("seed", [93, 94, 95])
 def test_faces_of_a_fixture_that_lean_by_angles_of_their_own(seed: int) -> None:

@@ -13,9 +13,11 @@ from planner.diagnose.changed_power_ons import Span
 from planner.diagnose.channels_agree import agree
 from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.diagnose.put_right import Search
+from planner.dwells.table_rows import rows_of
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import UnitDiagnosis
-from tests.diagnose.hypotheses.hall import FACES, RATES, Hall, Log, days, read
+from tests.diagnose.hypotheses.hall import FACES, RATES, G, Hall, Log, days, read
+from tests.diagnose.labs.unit import campaign
 from tests.specs import shipped
 
 SPEC = shipped("small_uav").spec
@@ -67,6 +69,16 @@ def test_a_unit_that_sat_otherwise_on_one_day_is_said_with_its_runs(seed: int) -
     _one_mounting(told, theta, "for runs 7 to 9, those of one day: in these it is turned")
 
 
+@pytest.mark.parametrize("seed", [405, 406])
+@pytest.mark.further("seed", [407, 408])
+def test_a_unit_that_was_put_back_is_said_with_the_runs_between(seed: int) -> None:
+    """It was crooked in three power-ons of two days: the noise had them, or a part was said from one on."""
+    hall, theta = shifts(seed, 6, lambda k: k % 3 == 2), np.array([0.12, -0.2, 0.08])
+    told = found(hall, seed, range(9, 12), theta)
+    _one_mounting(told, theta, "for runs 9 to 11: in these it is turned")
+    assert not told.rows_left_out
+
+
 @pytest.mark.parametrize("seed", [411])
 @pytest.mark.further("seed", [412, 413, 414])
 def test_turns_that_all_came_after_it_do_not_hide_when_the_unit_was_mounted_anew(seed: int) -> None:
@@ -83,6 +95,32 @@ def test_the_one_power_on_of_turns_before_it_is_not_off(seed: int) -> None:
     told = found(hall, seed, range(5, 13), theta)
     _one_mounting(told, theta, "before run 5: from there on")
     assert not told.rows_left_out
+
+
+@pytest.mark.parametrize("seed", [431])
+@pytest.mark.further("seed", [432, 433])
+def test_a_unit_that_sat_otherwise_on_the_arm_from_a_power_on_on(seed: int) -> None:
+    """It was "clean": the last power-ons with loads were each channel's own spread, 0.6 deg/s of it."""
+    table, _ = campaign(seed)
+    assert table.ref_acc is not None
+    loads = np.linalg.norm(table.ref_acc, axis=1) > 1.5 * G
+    arm = np.unique(table.run[loads])
+    table = rows_of(table, loads | (table.run <= 20))  # no ramps, and few rests
+    assert table.ref_acc is not None
+    assert table.ref_rate is not None
+    theta = np.radians([0.12, -0.2, 0.08])
+    mine = (table.run >= arm[-5])[:, None]
+
+    def said(u: Array) -> Array:
+        return np.asarray(u - np.where(mine, np.cross(theta, u), 0.0))
+
+    table = replace(table, ref_acc=said(table.ref_acc), ref_rate=said(table.ref_rate))
+    judged = Search(SPEC, 1, lambda _: None).judged(table)
+    told = asked.other_from_run_on(judged.found, judged.data, [])
+    assert told is not None
+    assert told.kind.name == "mounting"
+    assert f"before run {arm[-5]}: on the centrifuge, from there on" in told.suspect.check
+    assert np.linalg.norm(told.gamma - theta) < 0.05 * np.linalg.norm(theta)
 
 
 def _said_by(G: Array, coefficients: Array) -> tuple[Array, Array]:

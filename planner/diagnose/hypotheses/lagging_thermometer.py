@@ -87,13 +87,20 @@ class Lag:
     @property
     def of_several(self) -> bool:
         """Whether the channels say it together, and not one alone."""
-        falls = np.array(list(self.falls.values()))
-        others = np.arange(len(falls)) != np.argmax(falls)
-        said, apart = float(falls[others].sum()), float(self.apart[others].sum())
-        rises = max(CHI2_999, MISFIT * float(falls.sum()))
-        if said <= 0.0 or chi_square_tail(said, 1) > CHANCE or falls.min() < -rises:
-            return False
-        return bool(apart <= OF_WHAT_IS_COMMON * said or chi_square_tail(apart, others.sum()) > UNLIKE)
+        return agree_on_one(np.array(list(self.falls.values())), self.apart, CHANCE)
+
+
+def agree_on_one(falls: Array, apart: Array, chance: float) -> bool:
+    """Whether channels say one change of their temperatures together, and not one of them alone.
+
+    falls: (channels,) of S by it, apart: (channels,) that it leaves S above its own least, both in s²
+    """
+    others = np.arange(len(falls)) != np.argmax(falls)
+    said, differ = float(falls[others].sum()), float(apart[others].sum())
+    rises = max(CHI2_999, MISFIT * float(falls.sum()))
+    if said <= 0.0 or chi_square_tail(said, 1) > chance or falls.min() < -rises:
+        return False
+    return bool(differ <= OF_WHAT_IS_COMMON * said or chi_square_tail(differ, others.sum()) > UNLIKE)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner import catalog
 from planner.diagnose.hypotheses.bench_directions import (
@@ -22,7 +21,7 @@ from planner.diagnose.hypotheses.bench_directions import (
     loaded,
     through_the_unit,
 )
-from planner.diagnose.hypotheses.bench_of_rows import rows_by_bench
+from planner.diagnose.hypotheses.bench_of_rows import ON_BENCH, named_benches, on_bench, rows_by_bench
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.earth_in_turns import TERMS as EARTH_IN_TURNS
 from planner.diagnose.hypotheses.earth_in_turns import as_at_rest, known_at_rest, left_out_of_turns
@@ -46,8 +45,9 @@ LAGS_S = (60.0, 150.0, 300.0, 600.0)  # a minute to ten, each about twice the on
 MOST_SCALE = 0.05  # by which gravity or a table's rate may be off: beside a scale factor of -2, 2 would fit
 ONE_SCALE = 0.005  # 7 % of it: what a drive or gravity that is off by a share adds is the same on each
 ON_THE_ARM, IN_TURNS, TURNING = 0.0, 1.0, 2.0  # where a unit may be mounted another way: in both
-ON_BENCH = 10.0  # and behind it on one bench among several, the first, the second …
-BY_BENCH = frozenset({"base_tilt", "azimuth", "mounting"})  # what has such places
+BY_BENCH = frozenset(  # what has places of one bench among several
+    {"base_tilt", "azimuth", "mounting", "local_gravity_by_bench", "table_rate_by_bench"}
+)
 
 Columns = Callable[[Channel, DwellTable, float], Array]
 
@@ -127,16 +127,21 @@ def _bases(table: DwellTable) -> Sequence[float]:
     return (0.0, *(ON_BENCH + k for k in range(len(rows_by_bench(table)))))
 
 
-def on_bench(table: DwellTable, place: float) -> NDArray[np.bool_]:
-    """(n,) rows on the bench of a place; all rows where the place is none of a bench."""
-    if place < ON_BENCH:
-        return np.ones(len(table), dtype=bool)
-    return rows_by_bench(table)[int(place - ON_BENCH)]
-
-
 def _local_gravity(c: Channel, table: DwellTable, place: float) -> Array:
     here = ~loaded(c.model.conditions)
     return through_the_unit(c, [c.model.conditions.specific_force * here[:, None]])
+
+
+def _gravity_on_bench(c: Channel, table: DwellTable, place: float) -> Array:
+    """Beside that of the other benches, which the accelerometers' scale factors have."""
+    here = ~loaded(c.model.conditions) & on_bench(table, place)
+    return through_the_unit(c, [c.model.conditions.specific_force * here[:, None]])
+
+
+def _rate_on_bench(c: Channel, table: DwellTable, place: float) -> Array:
+    """Of one table among several, beside the gyros' scale factors on the others."""
+    here = turning(c.model.conditions) & ~loaded(c.model.conditions) & on_bench(table, place)
+    return through_the_unit(c, [c.model.conditions.rate * here[:, None]])
 
 
 def _azimuth(c: Channel, table: DwellTable, place: float) -> Array:
@@ -210,6 +215,18 @@ REFERENCES: Mapping[str, Reference] = {
             record="a centrifuge record, whose load does not rest on the local gravity",
         ),
         Reference(
+            "local_gravity_by_bench",
+            ("accelerometer",),
+            "1",
+            ("scale",),
+            _gravity_on_bench,
+            "compare the local g of the reference with the surveyed values of both sites",
+            places=named_benches,
+            said="local_gravity",
+            unlike=ONE_SCALE,
+            largest={"accelerometer": MOST_SCALE},
+        ),
+        Reference(
             "table_rate",
             ("gyro",),
             "1",
@@ -223,6 +240,19 @@ REFERENCES: Mapping[str, Reference] = {
             unlike=ONE_SCALE,
             largest={"gyro": MOST_SCALE},
             record="whole turns timed against a clock",
+        ),
+        Reference(
+            "table_rate_by_bench",
+            ("gyro",),
+            "1",
+            ("scale",),
+            _rate_on_bench,
+            "time whole turns of both tables against one clock, either way",
+            stated=lambda accuracy: accuracy.rate,
+            places=named_benches,
+            said="table_rate",
+            unlike=ONE_SCALE,
+            largest={"gyro": MOST_SCALE},
         ),
         Reference(
             "table_rate_by_level",

@@ -7,10 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from planner.diagnose.hypotheses.bench_of_rows import ON_BENCH
 from planner.diagnose.hypotheses.estimates import Estimate, estimates
 from planner.diagnose.hypotheses.found import free, on
 from planner.diagnose.hypotheses.pool import given
-from planner.diagnose.hypotheses.references import BY_BENCH, ON_BENCH, REFERENCES, Reference
+from planner.diagnose.hypotheses.references import BY_BENCH, REFERENCES, Reference
 from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.measurement import AXES

@@ -28,6 +28,7 @@ NAMES = {
     "azimuth": "azimuth of the fixture wrong",
     "earth_rate": "the Earth's rate left out",
     "thermometer_lag": "thermometer behind the unit",
+    "thermometer_offset": "thermometer reads otherwise",
     "wrong_label": "labels of faces turned",
     "mixed_units": "rows of another unit",
     "stuck_channel": "channel stuck",
