@@ -42,7 +42,7 @@ def levels_off(
     none = np.zeros(0, dtype=np.int64)
     if len(data.table) * len(data.starts) > MOST_CELLS:
         return none
-    each = [_Levels.of(s, axis, data.starts) for s in found for axis in s.found.pool.state]
+    each = [_Levels.of(s, axis) for s in found for axis in s.found.pool.state]
     if len(each) < channels:
         return none
     far = np.array([x.far(x.t) for x in each])
@@ -69,7 +69,7 @@ class _Levels:
     known: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, s: SensorFound, axis: int, starts: NDArray[np.int64]) -> _Levels:
+    def of(cls, s: SensorFound, axis: int) -> _Levels:
         w, pool = s.found.pool.state[axis], s.found.pool
         blocks = [pool.blocks[b] for b in s.found.library if axis in pool.blocks[b].columns]
         mine = [b.columns[axis] for b in blocks if hypothesis(b.name).bench_only]
@@ -77,13 +77,11 @@ class _Levels:
         if mine:
             more = orthonormal(clear(w.Q, w.noise.whiten(np.column_stack(mine))), 1e-6)
             basis = np.column_stack([w.Q, more])
-        run = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, len(w.z))))
-        white = w.noise.whiten((run[:, None] == np.arange(len(starts))).astype(float))
-        h = clear(basis, white)
-        square = np.sum(h**2, axis=0)
-        known = square > LEAST * np.sum(white**2, axis=0)
-        h = h * np.where(known, 1.0 / np.sqrt(np.where(known, square, 1.0)), 0.0)
-        return cls(h.T @ clear(basis, w.z), h.T @ h, known)
+        whole, met = w.noise.levels(np.column_stack([clear(basis, w.z), basis]))
+        gram = whole - met[:, 1:] @ met[:, 1:].T  # of the levels clear of the basis
+        known = np.diag(gram) > LEAST * np.diag(whole)
+        size = np.where(known, 1.0 / np.sqrt(np.where(known, np.diag(gram), 1.0)), 0.0)
+        return cls(met[:, 0] * size, gram * np.outer(size, size), known)
 
     def without(self, k: int) -> Array:
         """(g,) t beside a level of power-on k of its own."""

@@ -89,7 +89,8 @@ class OffThermometer:
         square = (self.value / known) ** 2 if self.stated > 0.0 else 0.0
         check = (
             f"compare the thermometer with a second one at the unit's own place: {self._where} it reads "
-            f"{self.value:+.2g} K more than in the others; they are judged with it put right"
+            f"{self.value:+.2g} K more than in the others, or in those so much less: these records do not "
+            "tell which; they are judged as if it were right in the others"
         )
         return ReferenceSuspect(
             NAME, self.value, self.value - self.half, self.value + self.half, "K", self.channels,
@@ -121,9 +122,11 @@ def thermometer_of_power_ons(
     if not len(sets) or len(fit.channels) < 2:
         return None
     plain = fit.grams(np.zeros(len(table)))
-    as_read, best = np.inf, (np.inf, 0, 0.0)
-    for k in dict.fromkeys(fit.glimpsed(plain, data.starts, sets)):
-        as_read = min(as_read, fit.criterion(plain)[0], fit.criterion_of_tables())
+    asked, best = [*dict.fromkeys(fit.glimpsed(plain, data.starts, sets))], (np.inf, 0, 0.0)
+    if not asked:
+        return None
+    as_read = min(fit.criterion(plain)[0], fit.criterion_of_tables())
+    for k in asked:
         here = _rows_of(sets[k], data)
         offsets = np.arange(-MOST_K, MOST_K + STEP_K / 2.0, STEP_K).tolist()
         c, offset = min((fit.criterion(fit.grams(d * here))[0], d) for d in offsets)

@@ -33,6 +33,7 @@ from planner.diagnose.unseen_runs import cells_of
 from planner.measurement import sensed
 from planner.nouns.array import Array
 from planner.solvers.block_covariance import BlockCovariance
+from planner.solvers.group_batches import sums_of_groups
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Covariance, Drift, RandomEffects, covariance
 from planner.solvers.reml import Variances, reml_and_information
@@ -75,11 +76,23 @@ class ChannelNoise:
 
     def whiten(self, columns: Array) -> Array:
         """V^(−1/2) (n, m); (I + K Kᵀ)^(−1/2) V^(−1/2) with what is known beforehand, K = U s Wᵀ."""
-        white = self.covariance.whiten(columns)
+        return self._beside_known(self.covariance.whiten(columns))
+
+    def _beside_known(self, white: Array) -> Array:
         if self._known is None:
             return white
         U, s = self._known
         return np.asarray(white - (U * (1.0 - 1.0 / np.sqrt(1.0 + s**2))) @ (U.T @ white))
+
+    def levels(self, white: Array) -> tuple[Array, Array]:
+        """(g, g) LᵀL and (g, m) Lᵀ white (n, m), L the white levels of the power-ons, by sums over these."""
+        own = self.covariance.whiten(np.ones((len(white), 1)))
+        gram = np.diag(sums_of_groups(own**2, self.starts)[:, 0])
+        if self._known is not None:
+            U, s = self._known
+            along = sums_of_groups(own * U, self.starts)
+            gram = gram - (along * (s**2 / (1.0 + s**2))) @ along.T
+        return gram, sums_of_groups(own * self._beside_known(white), self.starts)
 
     @cached_property
     def _known(self) -> tuple[Array, Array] | None:

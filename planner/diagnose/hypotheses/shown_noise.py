@@ -50,8 +50,11 @@ def as_shown(
 
     A table over the time follows what wanders, and a process what a table says: the likelier of both stands.
     """
+    first = weighed(plain)
+    if first is not None and _may_lean(plain, first, budgets):  # whatever hides: it makes the noise larger
+        plain = plain.with_noise(drawn=(LEANS,))
     whole, how = with_what_hides(plain, hidden)
-    if how is not None and (_may_lean(whole, how, budgets) or _leans(whole, how)):
+    if not plain.drawn and how is not None and (_may_lean(whole, how, budgets) or _leans(whole, how)):
         plain = plain.with_noise(drawn=(LEANS,))
         whole, how = with_what_hides(plain, hidden)
     drawn = whole.drawn if how is None else _drawn(whole, how, budgets)
