@@ -22,13 +22,13 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from planner.diagnose.hypotheses.prepared import prepared
-from planner.diagnose.hypotheses.sensor import SensorFound, diagnose_sensor
+from planner.diagnose.channels.prepared import prepared
+from planner.diagnose.search.sensor import SensorFound, diagnose_sensor
 from planner.dwells.dwell_files import write_dwells
 from planner.dwells.table_rows import rows_of
 from planner.nouns.dwell_table import DwellTable
 from tests.calibrate.world import Hidden, Layout, Noise, campaign
-from tests.diagnose.hypotheses.worlds import DECLARED, SPEC, named
+from tests.diagnose.worlds import DECLARED, SPEC, named
 
 HIDES = (Hidden("temperature_rate", "gyro_z", 0.004),)
 

@@ -18,7 +18,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from planner.diagnose.hypotheses.wander import PROMISED, SETTLED_ROUGHLY, TIMES_S, promised_by
+from planner.diagnose.noise.wander import PROMISED, SETTLED_ROUGHLY, TIMES_S, promised_by
 from planner.solvers.random_effects import Drift, RandomEffects
 from planner.solvers.reml import reml_together
 from planner.solvers.reml_beside import reml_roughly

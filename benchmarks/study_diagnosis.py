@@ -13,7 +13,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from tests.calibrate.world import Hidden, Layout, Noise
-from tests.diagnose.hypotheses.worlds import (
+from tests.diagnose.worlds import (
     ON_GYROS,
     named,
     named_on,

@@ -16,7 +16,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from planner.solvers.distributions import binomial_interval
-from tests.diagnose.hypotheses.coverage import EFFECTS, hidden_campaign
+from tests.diagnose.coverage import EFFECTS, hidden_campaign
 
 STATED = 0.95
 CAMPAIGNS = 30

@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from planner import catalog
 from planner.calibrate.dwells_to_fit import fit_sensor
 from planner.diagnose.dwells_to_diagnosis import diagnose
-from planner.diagnose.hypotheses.assumptions import exceeded
+from planner.diagnose.findings.assumptions import exceeded
 from planner.dwells.table_rows import by_run
 from planner.nouns.diagnosis import UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable

@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner import catalog
-from planner.diagnose.bench_runs import BenchRun, bench_runs
+from planner.diagnose.channels.parameters import grid, ranges
 from planner.diagnose.diagnosis_to_residual import ChannelFits, UnitFits
-from planner.diagnose.hypotheses.parameters import grid, ranges
+from planner.diagnose.update.bench_runs import BenchRun, bench_runs
 from planner.diagnose.weighed_fit import linear_jacobian
 from planner.measurement import AXES, evaluate
 from planner.nouns.array import Array

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from planner.calibrate.dwells_to_fit import readings_of
 from planner.campaign.channel_model import channel_model
-from planner.diagnose.hypotheses.channels import channel, columns
-from planner.diagnose.hypotheses.far_rows import drawn, far_rows, scale_scatter
-from planner.diagnose.hypotheses.noise import LEVEL, ChannelNoise, Readings, channel_noise
-from planner.diagnose.hypotheses.outliers import FAR_WEIGHT
-from planner.diagnose.hypotheses.prepared import referenced
-from planner.diagnose.unseen_runs import LEAST_RUNS, Folds, block_folds, cells_of, folds_of
+from planner.diagnose.channels.channel import channel, columns
+from planner.diagnose.channels.prepared import referenced
+from planner.diagnose.channels.unseen_runs import LEAST_RUNS, Folds, block_folds, cells_of, folds_of
+from planner.diagnose.noise.channel_noise import LEVEL, ChannelNoise, Readings, channel_noise
+from planner.diagnose.noise.far_rows import drawn, far_rows, scale_scatter
+from planner.diagnose.noise.outliers import FAR_WEIGHT
 from planner.diagnose.weighed_fit import Shapes, Spreads, WeighedFit, weighed_fit
 from planner.dwells.table_rows import by_run, rows_of
 from planner.measurement import AXES

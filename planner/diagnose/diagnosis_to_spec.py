@@ -16,12 +16,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from planner import __version__, catalog
-from planner.diagnose.calibration_cost import CalibratingTest, RecordNoise, Target, calibrating_test
-from planner.diagnose.left_in_budget import widened
-from planner.diagnose.ramp_test import ramp_test
-from planner.diagnose.shape_in_plan import at_its_parameters, not_declared, parameter_notes
-from planner.diagnose.sizes_in_spec import written
-from planner.diagnose.spreads_in_spec import contradicted, corrected
+from planner.diagnose.update.calibration_cost import CalibratingTest, RecordNoise, Target, calibrating_test
+from planner.diagnose.update.left_in_budget import widened
+from planner.diagnose.update.ramp_test import ramp_test
+from planner.diagnose.update.shape_in_plan import at_its_parameters, not_declared, parameter_notes
+from planner.diagnose.update.sizes_in_spec import written
+from planner.diagnose.update.spreads_in_spec import contradicted, corrected
 from planner.errors import InputError
 from planner.measurement import AXES
 from planner.nouns.diagnosis import LEAST_P, Diagnosis, FoundEffect, NavigationCost

@@ -7,26 +7,26 @@ from collections.abc import Callable, Container, Sequence
 import numpy as np
 
 from planner import catalog
+from planner.diagnose.channels.prepared import Prepared
 from planner.diagnose.evidence_veto import BEYOND_DOUBT, verdict_of
-from planner.diagnose.gravity_of_turns import gravity_of_turns
-from planner.diagnose.hypotheses.assumptions import assumptions, exceeded
-from planner.diagnose.hypotheses.common_scale import common_scale, untold_scale
-from planner.diagnose.hypotheses.curves import with_curve
-from planner.diagnose.hypotheses.evidence import among, evidence
+from planner.diagnose.findings.assumptions import assumptions, exceeded
+from planner.diagnose.findings.common_scale import common_scale, untold_scale
+from planner.diagnose.findings.curves import with_curve
+from planner.diagnose.findings.evidence import among, evidence
+from planner.diagnose.findings.lagging_thermometer import NAME as LAGS
+from planner.diagnose.findings.limits import limits
+from planner.diagnose.findings.reported import channel_name, found_effects
+from planner.diagnose.findings.suspects import suspects
 from planner.diagnose.hypotheses.found import ALPHA
-from planner.diagnose.hypotheses.generic import variable_of
-from planner.diagnose.hypotheses.lagging_thermometer import NAME as LAGS
-from planner.diagnose.hypotheses.limits import limits
-from planner.diagnose.hypotheses.noise import LEAST_RUNS
-from planner.diagnose.hypotheses.prepared import Prepared
-from planner.diagnose.hypotheses.reported import channel_name, found_effects
-from planner.diagnose.hypotheses.sensor import SensorFound
-from planner.diagnose.hypotheses.suspects import suspects
-from planner.diagnose.hypotheses.thermometer_offset import untold_offset
-from planner.diagnose.left_out import copies, left_out, off_as_a_whole
-from planner.diagnose.put_right import Judged, Search, channels_searched, put_right, without_off
-from planner.diagnose.records import screened
-from planner.diagnose.temperature_of_before import temperature_of_before
+from planner.diagnose.noise.channel_noise import LEAST_RUNS
+from planner.diagnose.records.gravity_of_turns import gravity_of_turns
+from planner.diagnose.records.left_out import copies, left_out, off_as_a_whole
+from planner.diagnose.records.not_as_said import screened
+from planner.diagnose.records.put_right import Judged, Search, channels_searched, put_right, without_off
+from planner.diagnose.records.temperature_of_before import temperature_of_before
+from planner.diagnose.references.thermometer_offset import untold_offset
+from planner.diagnose.search.sensor import SensorFound
+from planner.diagnose.shapes.generic import variable_of
 from planner.dwells.table_rows import rows_of
 from planner.effects._shaped import plain_names
 from planner.errors import InputError
@@ -47,7 +47,7 @@ def diagnose(
     """What the data of one unit say beyond the spec's `effects`.
 
     Every effect of the library that is not declared, and generic alternatives without a name, are tested
-    together (diagnose.hypotheses); the seed is of the sign flips. Evidence is in the table's own order.
+    together (diagnose.search); the seed is of the sign flips. Evidence is in the table's own order.
     Raises InputError when the table has no readings or too few rows.
     """
     _check(table)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from planner import catalog
-from planner.diagnose.hypotheses.generic import variable_of
+from planner.diagnose.shapes.generic import variable_of
 from planner.nouns.diagnosis import (
     FoundEffect,
     NavigationCost,

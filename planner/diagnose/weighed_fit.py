@@ -3,7 +3,7 @@
     θ ← θ + (JᵀV⁻¹J)⁺ JᵀV⁻¹ (y − f(θ)),   Gauss-Newton with V from elsewhere
 
 For judging an error model on rows that it has not seen, and what a bench run would add: the variances come
-once from all rows (planner.diagnose.hypotheses.noise), and a fit without some of the rows is one more step.
+once from all rows (diagnose.noise.channel_noise), and a fit without some of the rows is one more step.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ from planner.diagnose.diagnosis_to_residual import UnitFits, residual_changes, u
 from planner.diagnose.diagnosis_to_spec import SpecUpdate, updated_spec
 from planner.diagnose.dwells_to_diagnosis import diagnose as diagnose_unit
 from planner.diagnose.evidence_veto import held_to_the_floor, refused_by_flight, refused_by_residual, told
-from planner.diagnose.gravity_of_turns import gravity_of_turns
+from planner.diagnose.records.gravity_of_turns import gravity_of_turns
 from planner.dwells.dwell_checks import check_rests
 from planner.dwells.dwell_files import read_dwells
 from planner.dwells.table_rows import rows_of

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner.diagnose.channels.unseen_runs import cells_of, folds_of
 from planner.diagnose.diagnosis_to_residual import (
     _mean_square,
     _within,
@@ -16,7 +17,6 @@ from planner.diagnose.diagnosis_to_residual import (
     residual_changes,
     unit_fits,
 )
-from planner.diagnose.unseen_runs import cells_of, folds_of
 from planner.dwells.table_rows import by_run, rows_of
 from planner.nouns.diagnosis import UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable

@@ -9,8 +9,8 @@ from planner.calibrate.dwells_to_fit import fit_sensor
 from planner.calibrate.fit_to_calibration import coefficients_of
 from planner.dwells.table_rows import by_run
 from planner.nouns.calibration import Coefficient
-from tests.diagnose.hypotheses.hall import Noise, days, hidden, read
-from tests.diagnose.hypotheses.worlds import DECLARED, spec
+from tests.diagnose.hall import Noise, days, hidden, read
+from tests.diagnose.worlds import DECLARED, spec
 
 ASYMMETRY = 3e-4
 ACC = Noise(1e-4, 3e-4)

@@ -13,8 +13,8 @@ from planner.campaign.estimate import Estimate
 from planner.dwells.table_rows import by_run
 from planner.spec.load import spec_from_bytes
 from planner.spec.model import Spec
-from tests.diagnose.hypotheses.hall import Hall, Noise, hidden, read, short_ramps, wander
-from tests.diagnose.hypotheses.worlds import DECLARED, SPEC
+from tests.diagnose.hall import Hall, Noise, hidden, read, short_ramps, wander
+from tests.diagnose.worlds import DECLARED, SPEC
 
 WANDERS_G = 3e-4
 DRIFT_G_H = 2e-3

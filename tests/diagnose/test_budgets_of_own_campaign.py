@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.diagnose.channels.prepared import prepared
 from planner.diagnose.dwells_to_diagnosis import diagnose
-from planner.diagnose.hypotheses.assumptions import assumptions, exceeded
-from planner.diagnose.hypotheses.prepared import prepared
-from planner.diagnose.hypotheses.sensor import diagnose_sensor
+from planner.diagnose.findings.assumptions import assumptions, exceeded
+from planner.diagnose.search.sensor import diagnose_sensor
 from planner.nouns.diagnosed_spreads import Assumption
 from planner.pipelines.data import simulate
 from planner.simulate.settings import settings_of

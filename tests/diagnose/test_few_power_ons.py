@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from planner.calibrate.dwells_to_fit import fit_sensor
-from planner.diagnose.declared_and_found import declared_and_found
 from planner.diagnose.diagnosis_to_residual import residual_changes, unit_fits
 from planner.diagnose.dwells_to_diagnosis import diagnose
+from planner.diagnose.findings.declared_and_found import declared_and_found
 from planner.dwells.table_rows import by_run
 from planner.nouns.diagnosis import UnitDiagnosis
 from planner.spec.load import load_spec, spec_from_bytes
 from tests.diagnose.few_power_ons import few_power_ons
-from tests.diagnose.hypotheses.worlds import SPEC as WORLD
+from tests.diagnose.worlds import SPEC as WORLD
 from tests.specs import SHIPPED
 
 SPEC = load_spec(SHIPPED / "small_uav.yaml").spec

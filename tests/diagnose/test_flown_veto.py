@@ -11,7 +11,7 @@ from planner.diagnose.evidence_veto import refused_by_flight
 from planner.nouns.diagnosis import FoundEffect, NavigationCost, UnitDiagnosis
 from planner.pipelines.diagnosing import _diagnosed
 from tests.diagnose.found import found_effect
-from tests.diagnose.hypotheses.hall import Noise, days, hidden, read
+from tests.diagnose.hall import Noise, days, hidden, read
 from tests.specs import shipped
 
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.diagnose.bench_runs import bench_runs
 from planner.diagnose.diagnosis_to_next_measurement import (
     ENOUGH,
     _columns,
@@ -17,6 +16,7 @@ from planner.diagnose.diagnosis_to_next_measurement import (
     shapes_of,
 )
 from planner.diagnose.diagnosis_to_residual import unit_fits
+from planner.diagnose.update.bench_runs import bench_runs
 from planner.nouns.diagnosis import FoundEffect, Rival, UnitDiagnosis
 from planner.spec.load import load_spec
 from tests.calibrate.world import Layout, campaign

@@ -22,7 +22,7 @@ from planner.solvers.distributions import normal_quantile
 from planner.spec.model import Spec
 from planner.spec.sensor_alone import sensor_spec_from_bytes
 from planner.units import STANDARD_GRAVITY_MPS2 as G
-from tests.diagnose.hypotheses.hall import Noise, days, read
+from tests.diagnose.hall import Noise, days, read
 
 NG, NA = np.radians(0.003), 1.5e-3  # rad/s and m/s² per √Hz
 

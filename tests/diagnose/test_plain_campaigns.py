@@ -11,13 +11,13 @@ import pytest
 import yaml
 from scipy.special import ndtr
 
-from planner.diagnose import another_unit
+from planner.diagnose.channels.prepared import prepared
 from planner.diagnose.dwells_to_diagnosis import diagnose
-from planner.diagnose.hypotheses.noise import IN_RUN
-from planner.diagnose.hypotheses.prepared import prepared
-from planner.diagnose.hypotheses.sensor import diagnose_sensor
-from planner.diagnose.hypotheses.verdicts import _rests_on, _scatter
-from planner.diagnose.records import screened
+from planner.diagnose.noise.channel_noise import IN_RUN
+from planner.diagnose.records import another_unit
+from planner.diagnose.records.not_as_said import screened
+from planner.diagnose.search.sensor import diagnose_sensor
+from planner.diagnose.vetoes.verdicts import _rests_on, _scatter
 from planner.export.json import plan_text
 from planner.pipelines.data import simulate
 from planner.simulate.settings import settings_of

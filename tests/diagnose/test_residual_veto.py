@@ -11,9 +11,9 @@ from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.diagnose.evidence_veto import refused_by_residual
 from planner.nouns.diagnosis import FoundEffect, FoundTerm, ResidualChange, UnitDiagnosis, Unknown
 from planner.protocols import Sensor
-from tests.diagnose.hypotheses.test_few_rows import some
 from tests.diagnose.labs.shapes import Hidden
 from tests.diagnose.labs.unit import campaign
+from tests.diagnose.noise.test_few_rows import some
 from tests.specs import shipped
 
 ROSE = ResidualChange("", "deg/s", 1.0, 0.9, 1.1, 1.1, 1.0, 1.2, 0.5, 0.6, 0.4, 600, 90, True, "five folds")

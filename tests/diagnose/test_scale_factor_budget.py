@@ -8,9 +8,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from planner.diagnose.hypotheses.assumptions import assumptions, exceeded
-from planner.diagnose.hypotheses.prepared import prepared
-from planner.diagnose.hypotheses.sensor import diagnose_sensor
+from planner.diagnose.channels.prepared import prepared
+from planner.diagnose.findings.assumptions import assumptions, exceeded
+from planner.diagnose.search.sensor import diagnose_sensor
 from planner.nouns.diagnosed_spreads import Assumption
 from planner.nouns.dwell_table import DwellTable
 from planner.nouns.sensor import Sensor

@@ -9,8 +9,8 @@ import pytest
 
 from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.nouns.diagnosis import UnitDiagnosis
-from tests.diagnose.hypotheses.hall import read
-from tests.diagnose.test_off_power_on import few, spec
+from tests.diagnose.hall import read
+from tests.diagnose.records.test_off_power_on import few, spec
 
 
 def drawn(seed: int, power_ons: int, times: float) -> UnitDiagnosis:

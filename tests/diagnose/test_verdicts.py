@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from planner import catalog
+from planner.diagnose.channels.channel import channel
+from planner.diagnose.channels.read_temperature import straying, strays_of, with_read_temperature
 from planner.diagnose.dwells_to_diagnosis import diagnose, told_from_zero
-from planner.diagnose.hypotheses.channels import channel
-from planner.diagnose.hypotheses.outliers import outliers
-from planner.diagnose.hypotheses.read_temperature import straying, strays_of, with_read_temperature
-from planner.diagnose.records import screened
+from planner.diagnose.noise.outliers import outliers
+from planner.diagnose.records.not_as_said import screened
 from planner.export.diagnosis_findings import findings_document, findings_from
 from planner.nouns.conditions import Conditions
 from planner.nouns.diagnosis import FoundEffect, FoundTerm, UnitDiagnosis

@@ -7,9 +7,9 @@ import pytest
 
 from planner.campaign.channel_model import channel_model
 from planner.catalog import effects
+from planner.diagnose.channels.prepared import prepared
 from planner.diagnose.diagnosis_to_spec import updated_spec
-from planner.diagnose.hypotheses.prepared import prepared
-from planner.diagnose.hypotheses.sensor import begin
+from planner.diagnose.search.sensor import begin
 from planner.effects._shaped import plain_names, shaped_name
 from planner.errors import InputError
 from planner.export.effects import effect_document
@@ -19,7 +19,7 @@ from planner.spec.load import load_spec, spec_from_bytes
 from planner.spec.starter import starter_text
 from planner.testing.effect_laws import check_effect
 from tests.calibrate.world import Layout, campaign
-from tests.diagnose.hypotheses.worlds import DECLARED
+from tests.diagnose.worlds import DECLARED
 from tests.effects.conditions import random_conditions
 from tests.specs import SHIPPED
 from tests.verify.plans import planned_from

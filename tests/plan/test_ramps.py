@@ -15,7 +15,7 @@ from planner.bench_run.errors import BenchFault
 from planner.bench_run.job import job_from
 from planner.bench_run.simulator.chamber import Chamber
 from planner.catalog import exports
-from planner.diagnose.bench_runs import run_of_test
+from planner.diagnose.update.bench_runs import run_of_test
 from planner.dwells.dwell_files import read_dwells
 from planner.errors import InputError
 from planner.export.documents import read_sealed_plan

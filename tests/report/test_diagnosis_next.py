@@ -10,7 +10,7 @@ from planner.nouns.diagnosed_spreads import BudgetExceeded
 from planner.nouns.diagnosis import Diagnosis, ReferenceSuspect, Unknown
 from planner.report.subjects.diagnosis_next import next_sentence, sizes_sentence
 from tests.diagnose.found import found_effect
-from tests.diagnose.test_update_spec import diagnosis
+from tests.diagnose.update.test_update_spec import diagnosis
 from tests.specs import SHIPPED
 
 UAV = SHIPPED / "small_uav.yaml"

@@ -1,1 +1,1 @@
-"""What the declared error model lacks: candidates scored on whitened residuals, one stage a file."""
+"""Candidates and what they explain: their columns, scores and chance, and what a search believes."""

@@ -15,8 +15,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from planner.diagnose.channels.told_directions import explained, inverse_of_told, rank
 from planner.diagnose.hypotheses.pool import Pool, inverse
-from planner.diagnose.hypotheses.told_directions import explained, inverse_of_told, rank
 from planner.nouns.array import Array
 from planner.solvers.distributions import chi_square_tail
 

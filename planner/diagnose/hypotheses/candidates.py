@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
-from planner.diagnose.hypotheses.channels import Channel, columns, columns_of_all
-from planner.diagnose.hypotheses.generic import generics
-from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
-from planner.diagnose.hypotheses.parameters import grid, ranges
-from planner.diagnose.hypotheses.references import REFERENCES, Reference
+from planner.diagnose.channels.channel import Channel, columns, columns_of_all
+from planner.diagnose.channels.orthogonal import clear, orthonormal
+from planner.diagnose.channels.parameters import grid, ranges
+from planner.diagnose.references.references import REFERENCES, Reference
+from planner.diagnose.shapes.generic import generics
 from planner.dwells.dwell_columns import SINGLES
 from planner.effects._bench_frame import turning
 from planner.effects._history import power_ons

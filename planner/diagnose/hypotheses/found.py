@@ -18,8 +18,8 @@ from planner.diagnose.hypotheses.chance import Flips, Nulls
 from planner.diagnose.hypotheses.foreseen import as_foreseen
 from planner.diagnose.hypotheses.one_temperature import odds_at_one_temperature
 from planner.diagnose.hypotheses.pool import Pool, given
-from planner.diagnose.hypotheses.references import REFERENCES, hypothesis
 from planner.diagnose.hypotheses.scores import Score, chance_of, delta, nulls_of, score
+from planner.diagnose.references.references import REFERENCES, hypothesis
 
 ALPHA = 0.01  # false claims per sensor, of three channels, where nothing else is believed
 ALPHA_FURTHER = 0.002  # beside what is believed, whose misfit looks like more

@@ -23,11 +23,11 @@ from planner.diagnose.hypotheses.found import (
     on,
     significant,
 )
-from planner.diagnose.hypotheses.generic import VARIES_WITH, of_the_sensor
 from planner.diagnose.hypotheses.parity import unlike_parity
 from planner.diagnose.hypotheses.pool import Pool
-from planner.diagnose.hypotheses.references import hypothesis
 from planner.diagnose.hypotheses.scores import Score, chance_of, delta, nulls_of, score
+from planner.diagnose.references.references import hypothesis
+from planner.diagnose.shapes.generic import VARIES_WITH, of_the_sensor
 
 STAYS = 0.5  # share of its Δ that a library effect must keep beside an unknown
 # share of the unknown's Δ that it must have: bins follow no curve exactly, and their rest fits anything

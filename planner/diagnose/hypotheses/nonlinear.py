@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.diagnose.channels.channel import Channel
+from planner.diagnose.channels.parameters import Range
 from planner.diagnose.hypotheses.candidates import Block, effect_blocks
-from planner.diagnose.hypotheses.channels import Channel
-from planner.diagnose.hypotheses.parameters import Range
 from planner.diagnose.hypotheses.pool import Pool, extended, given, pool_of
 from planner.diagnose.hypotheses.scores import score
 from planner.solvers.distributions import student_quantile

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner.diagnose.hypotheses.pool import Pool
-from planner.diagnose.hypotheses.references import hypothesis
+from planner.diagnose.references.references import hypothesis
 from planner.effects._history import GRAIN_K
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions, asked_once

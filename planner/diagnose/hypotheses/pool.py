@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.chance import Flips, Nulls
-from planner.diagnose.hypotheses.shares import Segments, Shares
-from planner.diagnose.hypotheses.whitened import SEEN, Cleared, Whitened, of_means
+from planner.diagnose.noise.shares import Segments, Shares
+from planner.diagnose.noise.whitened import SEEN, Cleared, Whitened, of_means
 from planner.nouns.array import Array
 
 RANK = 1e-8  # of the largest eigenvalue: directions below are what is there already

@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.chance import Flips, Nulls, family_wise
 from planner.diagnose.hypotheses.pool import RANK, Contrast, Pool
-from planner.diagnose.hypotheses.shares import degrees
-from planner.diagnose.hypotheses.whitened import log_p
+from planner.diagnose.noise.shares import degrees
+from planner.diagnose.noise.whitened import log_p
 from planner.nouns.array import Array
 
 GRID = np.linspace(0.0, 1.0, 60) ** 2

@@ -12,10 +12,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.diagnose.hypotheses.earth_in_turns import as_at_rest
+from planner.diagnose.references.earth_in_turns import as_at_rest
 from planner.nouns.array import Array
-from tests.diagnose.hypotheses.hall import EARTH, LATITUDE, Hall, axes_apart, days, hidden, read
-from tests.diagnose.hypotheses.worlds import whole
+from tests.diagnose.hall import EARTH, LATITUDE, Hall, axes_apart, days, hidden, read
+from tests.diagnose.worlds import whole
 
 LARGEST = 0.02  # deg/s
 EFFECTS: dict[str, Callable[[Array], Array]] = {

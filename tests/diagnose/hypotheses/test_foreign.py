@@ -13,19 +13,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner import catalog
+from planner.diagnose.channels.parameters import MOST, Range, grid, ranges
 from planner.diagnose.diagnosis_to_residual import residual_changes, unit_fits
 from planner.diagnose.diagnosis_to_spec import updated_spec
 from planner.diagnose.dwells_to_diagnosis import diagnose
-from planner.diagnose.hypotheses.parameters import MOST, Range, grid, ranges
 from planner.export.diagnosis_json import diagnosis_text, read_diagnosis
 from planner.nouns.diagnosis import Diagnosis
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Parameter
 from planner.spec.load import spec_from_bytes
 from planner.spec.model import Spec
-from tests.diagnose.hypotheses.foreign import DECLARED, plain_unit
-from tests.diagnose.hypotheses.test_same_as_calibrate import assert_same, calibrated
-from tests.diagnose.hypotheses.worlds import SPEC, spec
+from tests.diagnose.findings.test_same_as_calibrate import assert_same, calibrated
+from tests.diagnose.foreign import DECLARED, plain_unit
+from tests.diagnose.worlds import SPEC, spec
 from tests.plugins.installing import Installed
 
 HIDDEN: Mapping[str, tuple[float, Mapping[str, float]]] = {

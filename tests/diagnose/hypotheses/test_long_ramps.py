@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.diagnose.hypotheses.lagging_thermometer import degree_asked, degree_of, seen_of
-from planner.diagnose.hypotheses.prepared import prepared
-from planner.diagnose.hypotheses.sensor import diagnose_sensor
-from planner.diagnose.temperature_of_before import temperature_of_before
+from planner.diagnose.channels.prepared import prepared
+from planner.diagnose.findings.lagging_thermometer import degree_asked, degree_of, seen_of
+from planner.diagnose.records.temperature_of_before import temperature_of_before
+from planner.diagnose.search.sensor import diagnose_sensor
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import SENSORS
-from tests.diagnose.hypotheses.hall import FACES, Hall, Log, Noise, read, short_ramps
-from tests.diagnose.hypotheses.worlds import DECLARED, whole
+from tests.diagnose.hall import FACES, Hall, Log, Noise, read, short_ramps
+from tests.diagnose.worlds import DECLARED, whole
 
 GYRO = Noise(4e-4, 1e-3)
 SPEED = 1.0  # K/min

@@ -10,12 +10,12 @@ import json
 
 import pytest
 
-from planner.diagnose.hypotheses.prepared import prepared
-from planner.diagnose.hypotheses.sensor import diagnose_sensor
+from planner.diagnose.channels.prepared import prepared
+from planner.diagnose.search.sensor import diagnose_sensor
 from planner.dwells.dwell_files import read_dwells
 from tests.calibrate.world import Hidden, Layout, Noise
 from tests.data import recording
-from tests.diagnose.hypotheses.worlds import (
+from tests.diagnose.worlds import (
     DECLARED,
     ON_GYROS,
     named,

@@ -9,8 +9,8 @@ import pytest
 
 from planner.nouns.diagnosis import UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable
-from tests.diagnose.hypotheses.hall import Hall, axes_apart, days, hidden, read
-from tests.diagnose.hypotheses.worlds import whole
+from tests.diagnose.hall import Hall, axes_apart, days, hidden, read
+from tests.diagnose.worlds import whole
 
 
 def _any_north(seed: int) -> Hall:

@@ -9,8 +9,8 @@ import pytest
 
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
-from tests.diagnose.hypotheses.hall import Hall, Log, hidden, read
-from tests.diagnose.hypotheses.worlds import whole
+from tests.diagnose.hall import Hall, Log, hidden, read
+from tests.diagnose.worlds import whole
 
 SOAKS = (-40.0, -10.0, 20.0, 50.0)
 SPEED, RECORDS, HELD = 2.0, 24, 8  # K/min; on each branch, and before it

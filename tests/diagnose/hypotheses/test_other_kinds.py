@@ -12,7 +12,7 @@ from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.nouns.diagnosis import UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable
 from tests.calibrate.other_campaigns import Bench, Campaign, G, Hidden, campaign
-from tests.diagnose.hypotheses.worlds import spec
+from tests.diagnose.worlds import spec
 
 ALPHA = 0.01  # family-wise, of a claim
 FEW = Bench(temperatures=(-55, -25, 5, 35, 65), rate_temperatures=(-55, 5, 65), static_runs=4)

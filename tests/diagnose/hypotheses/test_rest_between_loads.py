@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.diagnose.hypotheses.prepared import prepared
-from planner.diagnose.hypotheses.sensor import begin, diagnose_sensor, hardly_driven
+from planner.diagnose.channels.prepared import prepared
+from planner.diagnose.search.sensor import begin, diagnose_sensor, hardly_driven
 from planner.dwells.table_rows import rows_of
 from planner.effects.scale_factor_acceleration_squared import EFFECT
 from planner.nouns.dwell_table import DwellTable
 from planner.units import STANDARD_GRAVITY_MPS2
-from tests.diagnose.hypotheses.hall import FACES, Hall, Log, Noise, hidden, read
-from tests.diagnose.hypotheses.worlds import DECLARED, named, unnamed
+from tests.diagnose.hall import FACES, Hall, Log, Noise, hidden, read
+from tests.diagnose.worlds import DECLARED, named, unnamed
 
 NAME = "scale_factor_acceleration_squared"
 LOADS = (6.0, 15.0, 20.0)  # g

@@ -9,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.diagnose.hypotheses.channels import channel
-from planner.diagnose.hypotheses.prepared import prepared
-from planner.diagnose.hypotheses.sensor import diagnose_sensor
+from planner.diagnose.channels.channel import channel
+from planner.diagnose.channels.prepared import prepared
+from planner.diagnose.search.sensor import diagnose_sensor
 from planner.nouns.dwell_table import DwellTable
-from tests.diagnose.hypotheses.worlds import DECLARED
+from tests.diagnose.worlds import DECLARED
 
 FACES = np.concatenate([np.eye(3), -np.eye(3)])
 RUNS, RECORDS, G = 10, 24, 9.80665

@@ -15,8 +15,8 @@ import planner
 from planner.campaign.design import Design, design
 from planner.campaign.power_ons import of_table
 from planner.campaign.triad import fit_triad
-from planner.diagnose.hypotheses.prepared import prepared as sorted_out
-from planner.diagnose.hypotheses.sensor import diagnose_sensor
+from planner.diagnose.channels.prepared import prepared as sorted_out
+from planner.diagnose.search.sensor import diagnose_sensor
 from planner.nouns.choices import Campaign, TestVisits
 from planner.nouns.dwell_table import DwellTable
 from planner.plan.schedule_to_steps import steps
@@ -25,7 +25,7 @@ from planner.simulate.campaign import prepared, simulate
 from planner.simulate.hidden import hidden_effect
 from planner.simulate.settings import settings_of
 from planner.spec.model import Spec
-from tests.diagnose.hypotheses.worlds import named, unnamed
+from tests.diagnose.worlds import named, unnamed
 from tests.export.test_firmware import CURVES
 
 DECLARED = ("bias", "scale_factor", "misalignment")

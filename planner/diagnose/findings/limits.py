@@ -1,0 +1,133 @@
+"""Upper limits of the effects that were looked for in vain, and why others could not be looked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from planner import catalog
+from planner.campaign.channel_model import EXCITING
+from planner.diagnose.channels.prepared import Prepared
+from planner.diagnose.hypotheses.candidates import (
+    LEAST_DAYS,
+    LEAST_OF_A_TABLE,
+    follows_any_drift,
+    is_shown,
+    lasts,
+)
+from planner.diagnose.hypotheses.estimates import estimates
+from planner.diagnose.hypotheses.pool import Pool, given
+from planner.diagnose.noise.channel_noise import LEAST_RUNS, least_freedom
+from planner.diagnose.search.sensor import SensorFound
+from planner.dwells.dwell_columns import SINGLES
+from planner.nouns.diagnosis import NotFound, Untestable
+from planner.protocols import Condition, Effect
+from planner.units import from_si
+
+LEAST_K = 1.0  # kelvins between records, below which a chamber is at one temperature
+FLAT: Mapping[Condition, tuple[str, float]] = {
+    "temperature_rate": ("the temperature never changes during a record", 0.0),
+    "day": ("all records are of one day", 0.0),
+    "time_on": ("all records are of one time since power-on", 0.0),
+    "temperature_degc": ("all records are at one temperature", LEAST_K),
+}
+"""What is said of a condition that the records do not vary, and by how much it then varies at most."""
+
+
+def limits(
+    s: SensorFound, data: Prepared, declared: tuple[str, ...]
+) -> tuple[list[NotFound], list[Untestable]]:
+    """Every effect of the library that exists on the sensor, is not declared and was not found."""
+    pool = s.found.pool
+    here = given(pool, s.found.all)
+    known = {pool.blocks[b].name for b in s.found.library if not pool.blocks[b].reference}
+    not_found, untestable = [], []
+    for name, effect in catalog.effects().items():
+        if name in declared or name in known or s.sensor not in effect.sensors:
+            continue
+        why = _impossible(s, effect) or _missing(effect, data) or _unseen(s, data, effect)
+        most = 0.0 if why else _upper(here, effect)
+        if most > 0.0 and np.isfinite(most):
+            not_found.append(NotFound(name, s.sensor, most, effect.units[s.sensor]))
+        else:
+            untestable.append(Untestable(name, s.sensor, why or _why(effect, data, s)))
+    return not_found, untestable
+
+
+def _impossible(s: SensorFound, effect: Effect) -> str:
+    """Why an effect is out of the question although something looks like it."""
+    if effect.name not in s.impossible or effect.largest is None:
+        return ""
+    unit = effect.units[s.sensor]
+    most = from_si(effect.largest[s.sensor], unit)
+    return f"what looks like it is more than the {most:.3g} {unit} that there can be"
+
+
+def _unseen(s: SensorFound, data: Prepared, effect: Effect) -> str:
+    """Why a limit would be a number without meaning: no turn drives the effect, or the rows are too few."""
+    if effect.name in s.faint:
+        what = "a turn of 10 deg/s or more" if s.sensor == "gyro" else "a record with half of g or more"
+        return (
+            "not testable with these records: only records with hardly any input would tell it; "
+            f"{what} under the same conditions would test it"
+        )
+    fitted = max(w.Q.shape[1] for w in s.found.pool.state.values())
+    if len(data.table) - fitted < least_freedom(data.starts):
+        return f"{len(data.table)} rows are too few beside the {fitted} coefficients of the declared model"
+    if s.sensor == "gyro" and effect.group != "bias":
+        fastest = float(np.abs(s.channels[0].model.conditions.rate).max())
+        if fastest < EXCITING["gyro"]:
+            return f"the gyros turn at {np.degrees(fastest):.2g} deg/s at most"
+    return ""
+
+
+def _upper(here: Pool, effect: Effect) -> float:
+    """The largest |γ| + half-width over terms and channels that the data determine; 0 when none."""
+    most = 0.0
+    for b in _nearest_to_default(here, effect):
+        for e in estimates(here, [b]):
+            if np.isfinite(e.half):
+                most = max(most, abs(e.value) + e.half)
+    return most
+
+
+def _nearest_to_default(here: Pool, effect: Effect) -> list[int]:
+    """On every channel the block whose parameters are nearest to their defaults, as shares of the ranges."""
+
+    def off(b: int) -> float:
+        value = here.blocks[b].nonlinear
+        scaled = [
+            (p.carried(value[p.name]) - p.carried(p.default)) / (p.bounds[1] - p.bounds[0])
+            for p in effect.parameters
+        ]
+        return float(np.sum(np.square(scaled)))
+
+    best: dict[tuple[int, ...], int] = {}
+    mine = [i for i, b in enumerate(here.blocks) if b.name == effect.name and not b.generic]
+    for b in sorted(mine, key=off):
+        best.setdefault(here.blocks[b].channels, b)
+    return list(best.values())
+
+
+def _missing(effect: Effect, data: Prepared) -> str:
+    absent = [c.name for c in SINGLES if c.field in effect.needs and c.name in data.full.absent]
+    if absent:
+        return f"the table has no column {', '.join(absent)}"
+    if follows_any_drift(effect) and not lasts(effect, data.table):
+        return f"{len(data.starts)} power-ons are fewer than the {LEAST_OF_A_TABLE} that tell it from a drift"
+    if not lasts(effect, data.table):
+        return f"the records span {np.ptp(data.table.day):.2g} days; {LEAST_DAYS:g} tell it from run-to-run"
+    if "day" in effect.needs and len(data.starts) < LEAST_RUNS:
+        return f"{len(data.starts)} power-ons are fewer than the {LEAST_RUNS} that tell it from run-to-run"
+    return ""
+
+
+def _why(effect: Effect, data: Prepared, s: SensorFound) -> str:
+    """What the records do not vary of all that the effect needs."""
+    if not is_shown(effect, s.channels):
+        return "nothing in these records tells it from a simpler effect"
+    for condition, (said, most) in FLAT.items():
+        if condition in effect.needs and np.ptp(getattr(data.table, condition)) <= most:
+            return said
+    return "nothing in these records excites it, or the declared model takes it up whole"

@@ -1,0 +1,65 @@
+"""Another unit's accelerometers at rest, where it has hardly a power-on off the centrifuge.
+
+A campaign that ends on an arm may change units before its last tumbles. Those are too few rows for halves of
+a campaign to differ (`another_unit`), and a search then blames loads, faces and days for it. The leans of all
+three accelerometers become others at one power-on, by more than any power-on draws them, and not as one
+rotation or one tilt of the base turns them: with Δ what each explains of the squares, at that place,
+
+    Δ(3 angles), Δ(north, east) < 0.9 Δ(6 leans)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.diagnose.channels.orthogonal import about_means, clear, orthonormal
+from planner.diagnose.records.leans_change import leans_change
+from planner.nouns.array import Array
+
+ANOTHER = 1e-9  # p of all channels' leans together, over all places
+EACH = 1e-3  # p of the weakest channel's
+OF_THE_BENCH = 0.9  # of what six leans explain: of six that are anything three angles explain half
+LEAST_RUNS = 4  # power-ons with rests, of which several say how leans scatter
+
+
+def another_at_rest(y: Array, u: Array, run: NDArray[np.int64], north: Array) -> tuple[float, int] | None:
+    """Log p and the last power-on before the other unit; None where all rests may be of one.
+
+    y, u: (n, 3) readings and references at rest, run by run; run: (n,) 0 … runs − 1; north: (n, 3)
+    """
+    runs = int(run.max(initial=-1)) + 1
+    if runs < LEAST_RUNS:
+        return None
+    each = np.array([leans_change(y[:, a], u, a, run) for a in range(3)])
+    place = int(np.argmin(each.sum(axis=0)))
+    found, weakest = float(each[:, place].sum() + np.log(runs)), float(each[:, place].max() + np.log(runs))
+    if found > np.log(ANOTHER) or weakest > np.log(EACH) or not _is_no_bench(y, u, run, north, place):
+        return None
+    return found, place
+
+
+def _is_no_bench(y: Array, u: Array, run: NDArray[np.int64], north: Array, place: int) -> bool:
+    """Whether neither a rotation nor a tilt, common to the channels, explains how the leans change."""
+    later = (run > place)[:, None]
+    turned = np.stack([np.cross(e, u) for e in np.eye(3)], axis=2)  # (n, 3, 3): channel, angle
+    tilted = np.stack([north, np.cross(north, u / np.linalg.norm(u, axis=1, keepdims=True))], axis=2)
+    leans, shared, left = [], [], []
+    for a in range(3):
+        own = np.column_stack([u[:, [a]] * later, u[:, [a]] * ~later, np.delete(u, a, axis=1)])
+        base = orthonormal(about_means(own, run), 1e-6)
+        X = np.column_stack([np.delete(u, a, axis=1), turned[:, a], tilted[:, a]]) * later
+        z = clear(base, about_means(np.column_stack([X, y[:, a] - u[:, a]]), run))
+        mine = np.zeros((len(z), 6))
+        mine[:, 2 * a : 2 * a + 2] = z[:, :2]
+        leans.append(mine)
+        shared.append(z[:, 2:-1])
+        left.append(z[:, -1])
+    e = np.concatenate(left)
+    every, rotation = _square(np.concatenate(leans), e), _square(np.concatenate(shared)[:, :3], e)
+    return max(rotation, _square(np.concatenate(shared)[:, 3:], e)) < OF_THE_BENCH * every
+
+
+def _square(X: Array, e: Array) -> float:
+    """What regression on X (n, k) explains of the square of e."""
+    return float(np.sum((orthonormal(X, 1e-6).T @ e) ** 2))

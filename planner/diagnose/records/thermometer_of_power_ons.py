@@ -1,0 +1,331 @@
+"""A thermometer that reads otherwise in some power-ons: from one on, on one bench, on one day.
+
+    T = T_read − δ   in these power-ons, one δ for all channels
+
+A constant through all records nothing tells (`references.thermometer_offset`). In a part of them the curves
+of every channel are read δ too far along, and where the same temperatures come again the channels differ,
+each by the slope of its own curve: a step of the bias to one of them, a temperature to six. With smooth
+curves p, κ of every channel over T, v the misaligned input,
+
+    S(δ) = Σ_channels min |V^(−½) (y − p(T) − κ(T) v − …)|²,     C(δ) = N ln(S/N) + k ln N
+
+(Schwarz, Ann. Stat. 6 (1978) 461), of the degree at which C is least. Which power-ons is asked by the slopes,
+as one column D = p'(T) + κ'(T) v of these; sums over power-ons make every set as cheap as the first. It is a
+finding where C falls beyond chance below that of any curves over T as read, the declared tables with their
+straight lines included, where several channels say it by themselves, all agree as those of a thermometer that
+lags (`agree_on_one`), and what is left is noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.diagnose.channels.prepared import Prepared
+from planner.diagnose.findings.lagging_thermometer import (
+    CHANCE,
+    CHI2_999,
+    MOST_DEGREE,
+    Seen,
+    agree_on_one,
+    curves,
+    seen_of,
+)
+from planner.diagnose.findings.suspects import FEW
+from planner.diagnose.records.changed_power_ons import CHI2_95, LEAST_RUNS, SIDE, Span, sets_of
+from planner.diagnose.references.bench_of_rows import MOST as MOST_BENCHES
+from planner.diagnose.references.thermometer_offset import NAME
+from planner.diagnose.search.sensor import SensorFound
+from planner.measurement import AXES
+from planner.nouns.array import Array
+from planner.nouns.diagnosis import ReferenceSuspect
+from planner.nouns.dwell_table import DwellTable
+from planner.solvers.distributions import TWO_SIDED, chi_square_tail
+from planner.spec.references import BenchAccuracy
+from planner.temperature_table import GAP_K, hats, temperature_nodes
+
+MOST_ROWS = 20_000  # larger tables are recordings, not dwells
+LEAST_POINTS = 3  # chamber points, of which a curve is told
+MOST_K = 40.0  # that is no slip of a thermometer's zero but another file
+STEP_K = 4.0  # between offsets that are tried first: curves over 120 K hardly bend within it
+TRIED = 2  # sets of power-ons, of those whose slopes say most
+SURE = 30.0  # by which C falls: 15 of the log of the odds, beside all sets that are asked
+FINE = 4  # offsets on either side of the best of these
+WIDE_K = 8.0  # beside it, where a channel that says another one may have its own least
+SEVERAL = 3  # channels that must say it by themselves: two accelerometers that stood crooked did
+LEFT = 1.5  # of the noise's square, that curves may leave of a channel: four power-ons of another unit left 4
+GLIMPSED = 1e-6  # p of the slopes, below which S is asked over offsets
+RANK = 1e-11  # of the largest direction of columns of one length
+Which = Span | str  # a span of power-ons, or a bench by its name
+
+
+@dataclass(frozen=True)
+class OffThermometer:
+    """K by which the thermometer reads too much in some power-ons; half: of the 95 % interval.
+
+    which: how these are to be said; stated: of the benches' thermometers, one sigma, K
+    """
+
+    runs: NDArray[np.int64]
+    which: Which
+    value: float
+    half: float
+    channels: tuple[str, ...]
+    strength: float
+    stated: float
+
+    def right(self, table: DwellTable) -> DwellTable:
+        """The table with temperatures of one thermometer."""
+        here = np.isin(table.run, self.runs)
+        return replace(table, temperature_degc=table.temperature_degc - np.where(here, self.value, 0.0))
+
+    @property
+    def suspect(self) -> ReferenceSuspect:
+        """As it is reported."""
+        known = float(np.hypot(self.stated, self.half / TWO_SIDED))
+        square = (self.value / known) ** 2 if self.stated > 0.0 else 0.0
+        check = (
+            f"compare the thermometer with a second one at the unit's own place: {self._where} it reads "
+            f"{self.value:+.2g} K more than in the others, or in those so much less: these records do not "
+            "tell which; they are judged as if it were right in the others"
+        )
+        return ReferenceSuspect(
+            NAME, self.value, self.value - self.half, self.value + self.half, "K", self.channels,
+            float(chi_square_tail(self.strength**2, 1)), self.strength, check, self.strength,
+            stated=self.stated, chance=float(chi_square_tail(square, 1)),
+        )  # fmt: skip
+
+    @property
+    def _where(self) -> str:
+        first, last = int(self.runs[0]), int(self.runs[-1])
+        if self.which == "on":
+            return f"from run {first} on"
+        if self.which == "day":
+            return f"in runs {first} to {last}, those of one day,"
+        named = ", ".join(map(str, self.runs[:FEW].tolist())) + (", …" if len(self.runs) > FEW else "")
+        return f"on {self.which} (run {named})"
+
+
+def thermometer_of_power_ons(
+    found: Sequence[SensorFound], data: Prepared, benches: Sequence[BenchAccuracy]
+) -> OffThermometer | None:
+    """The power-ons in which the thermometer reads otherwise, and by how much; None where none says so."""
+    table = data.table
+    points = len(temperature_nodes(table.temperature_degc))
+    if len(data.starts) < LEAST_RUNS * SIDE or len(table) > MOST_ROWS or points < LEAST_POINTS:
+        return None
+    sets, which = _sets(table, data.starts)
+    fit = _fit_of(found, table, points)
+    if not len(sets) or len(fit.channels) < 2:
+        return None
+    plain = fit.grams(np.zeros(len(table)))
+    asked, best = [*dict.fromkeys(fit.glimpsed(plain, data.starts, sets))], (np.inf, 0, 0.0)
+    if not asked:
+        return None
+    as_read = min(fit.criterion(plain)[0], fit.criterion_of_tables())
+    for k in asked:
+        here = _rows_of(sets[k], data)
+        offsets = np.arange(-MOST_K, MOST_K + STEP_K / 2.0, STEP_K).tolist()
+        c, offset = min((fit.criterion(fit.grams(d * here))[0], d) for d in offsets)
+        best = min(best, (c, k, offset))
+    if not as_read - best[0] > SURE + 2.0 * np.log(len(sets)):
+        return None
+    _, k, offset = best
+    here = _rows_of(sets[k], data)
+    sized = fit.sized(here, offset)
+    if which[k] == "on":  # slopes tell the place only roughly, of curves that had the offset in them
+        places = [i for i, one in enumerate(which) if one == "on"]
+        k = min((fit.criterion(fit.grams(sized.value * _rows_of(sets[i], data)))[0], i) for i in places)[1]
+        sized = fit.sized(_rows_of(sets[k], data), sized.value)
+    few = np.count_nonzero(sized.falls > CHI2_999) < SEVERAL
+    if few or not sized.half < abs(sized.value) < MOST_K or sized.left.max() > LEFT:
+        return None
+    if not agree_on_one(sized.falls, sized.apart, CHANCE / len(sets)):
+        return None
+    told = tuple(c.name for c, fall in zip(fit.channels, sized.falls, strict=True) if fall > CHI2_95)
+    return OffThermometer(
+        table.run[data.starts[sets[k]]], which[k], sized.value, sized.half, told,
+        float(np.sqrt(max(sized.falls.sum(), 0.0))), max((b.temperature for b in benches), default=0.0),
+    )  # fmt: skip
+
+
+def sized_again(one: OffThermometer, found: Sequence[SensorFound], data: Prepared) -> OffThermometer:
+    """The same with what a search of the table that was put right still finds of it.
+
+    Rows that are far off for their temperature count less, and those are the ones that tell it: of 3.3 K the
+    first answer was 2.7 +- 0.4.
+    """
+    here = np.isin(data.table.run, one.runs).astype(float)
+    rest = _fit_of(found, data.table, len(temperature_nodes(data.table.temperature_degc))).sized(here, 0.0)
+    return replace(one, value=one.value + rest.value, half=rest.half)
+
+
+def _fit_of(found: Sequence[SensorFound], table: DwellTable, points: int) -> _Fit:
+    seen = [seen_of(s, axis) for s in found for axis in s.found.pool.state]
+    return _Fit(table, [_Channel.of(one) for one in seen], int(np.clip(points - 1, 1, MOST_DEGREE)))
+
+
+def _rows_of(runs: NDArray[np.bool_], data: Prepared) -> Array:
+    """(n,) 1 in the rows of power-ons (g,)."""
+    return np.repeat(runs, np.diff(np.append(data.starts, len(data.table)))).astype(float)
+
+
+def _sets(table: DwellTable, starts: NDArray[np.int64]) -> tuple[NDArray[np.bool_], list[Which]]:
+    """(w, g) power-ons that may have a thermometer of their own: from one on, of one day, on one bench."""
+    every, spans = sets_of(table.day[starts], first_day=True)
+    told = [(x, span) for x, span in zip(every, spans, strict=True) if span in ("on", "day")]
+    sets: list[tuple[NDArray[np.bool_], Which]] = list(told)
+    if table.bench is not None:
+        bench = table.bench[starts]
+        names = np.unique(bench).tolist()
+        if 1 < len(names) <= MOST_BENCHES:
+            sets += [(bench == name, str(name)) for name in names if np.count_nonzero(bench == name) >= SIDE]
+    return np.array([x for x, _ in sets]), [name for _, name in sets]
+
+
+# ---------------------------------------------------------------- curves at temperatures
+
+
+@dataclass(frozen=True)
+class _Channel:
+    """One channel. fixed: (n, 1 + k) whitened: reading beyond its input, columns without a temperature."""
+
+    seen: Seen
+    fixed: Array
+
+    @classmethod
+    def of(cls, seen: Seen) -> _Channel:
+        noise = seen.w.noise
+        return cls(seen, noise.whiten(np.column_stack([seen.y - seen.v, seen.others, noise.fixed_runs])))
+
+    @property
+    def name(self) -> str:
+        """As it is reported."""
+        return f"{self.seen.w.channel.sensor}_{AXES[self.seen.w.channel.axis]}"
+
+    def curved(self, basis: Array) -> Array:
+        """(n, 2 d) whitened p and κ v of a basis (n, d)."""
+        return self.seen.w.noise.whiten(np.column_stack([basis, basis * self.seen.v[:, None]]))
+
+
+@dataclass(frozen=True)
+class _Sized:
+    """An offset, half of its 95 % interval; (channels,) how far S falls, is above its least, and S itself."""
+
+    value: float
+    half: float
+    falls: Array
+    apart: Array
+    left: Array
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """All channels under curves of one degree, up to the largest that the chamber's points tell."""
+
+    table: DwellTable
+    channels: Sequence[_Channel]
+    most: int
+
+    def grams(self, offset: Array) -> list[Array]:
+        """AᵀA of every channel, A the curves of the largest degree and all else, at T − offset (n,)."""
+        t = self.table.temperature_degc
+        basis = curves(t, t - offset, self.most)
+        stacked = (np.column_stack([c.curved(basis), c.fixed]) for c in self.channels)
+        return [A.T @ A for A in stacked]
+
+    def criterion(self, grams: Sequence[Array]) -> tuple[float, int]:
+        """The least C of all degrees, and the degree."""
+        return min((self._schwarz([self._left(G, d) for G in grams]), d) for d in range(1, self.most + 1))
+
+    def criterion_of_tables(self) -> float:
+        """C of straight lines between the points at which the chamber was read."""
+        t = self.table.temperature_degc
+        basis = hats(t, temperature_nodes(t), GAP_K)
+        stacked = (np.column_stack([c.curved(basis), c.fixed]) for c in self.channels)
+        return self._schwarz([_regressed(A.T @ A, 2 * basis.shape[1]) for A in stacked])
+
+    def glimpsed(
+        self, grams: Sequence[Array], starts: NDArray[np.int64], sets: NDArray[np.bool_]
+    ) -> Iterator[int]:
+        """The sets whose slopes say most, of curves as bent as is best and of less; none if by chance."""
+        best = self.criterion(grams)[1]
+        for degree in sorted({best, (best + 1) // 2}):
+            chosen = sets.astype(float)
+            square, along = np.zeros(len(sets)), np.zeros(len(sets))
+            for c, G in zip(self.channels, grams, strict=True):
+                s2 = max(self._left(G, degree)[0] / len(self.table), 1.0)
+                one, other = self._slopes(c, G, degree, starts, chosen)
+                square, along = square + one / s2, along + other / s2
+            delta = np.where(square > 0.0, along**2 / np.maximum(square, 1e-300), 0.0)
+            order = np.argsort(-delta)[:TRIED].tolist()
+            yield from (k for k in order if float(chi_square_tail(float(delta[k]), 1)) < GLIMPSED)
+
+    def sized(self, here: Array, near: float) -> _Sized:
+        """The offset at which curves leave least, about one (`near`) at which C is least."""
+        degree = self.criterion(self.grams(near * here))[1]
+
+        def left(offset: float) -> Array:
+            return np.array([self._left(G, degree)[0] for G in self.grams(offset * here)])
+
+        offsets, each, step = np.array([near]), left(near)[None], STEP_K
+        for _ in range(2):  # S is no parabola over all of a coarse step, where slopes of curves change
+            best = float(offsets[np.argmin(each.sum(axis=1))])
+            finer = best + np.linspace(-step, step, 2 * FINE + 1)
+            offsets = np.append(offsets, finer)
+            each = np.vstack([each, [left(x) for x in finer.tolist()]])
+            step /= FINE
+        finest = each[-(2 * FINE + 1) :].sum(axis=1)
+        i = int(np.clip(np.argmin(finest), 1, 2 * FINE - 1))
+        a, b, _ = np.polyfit(finer[i - 1 : i + 2] - finer[i], finest[i - 1 : i + 2], 2)
+        value = float(finer[i] + np.clip(-b / (2.0 * a), -step, step)) if a > 0.0 else float(finer[i])
+        now, s2 = left(value), max(float(finest.min()) / self._freedom(degree), 1.0)
+        least = np.minimum(now, np.vstack([each, [left(value - WIDE_K), left(value + WIDE_K)]]).min(axis=0))
+        half = float(np.sqrt(CHI2_95 * s2 / a)) if a > 0.0 else np.inf
+        return _Sized(value, half, (left(0.0) - now) / s2, (now - least) / s2, now / len(self.table))
+
+    def _slopes(
+        self, c: _Channel, G: Array, degree: int, starts: NDArray[np.int64], chosen: Array
+    ) -> tuple[Array, Array]:
+        """(w,) square of D clear of the curves, and its product with what they leave, of every set."""
+        t = self.table.temperature_degc
+        basis = curves(t, t, degree)
+        A = np.column_stack([c.curved(basis), c.fixed])
+        d = 2 * basis.shape[1]
+        y, X = A[:, d], np.delete(A, d, axis=1)
+        way = np.linalg.pinv(X.T @ X, rcond=RANK, hermitian=True)
+        beta = way @ (X.T @ y)
+        slope = (curves(t, t - 0.5, degree) - curves(t, t + 0.5, degree)) @ beta[:d].reshape(2, -1).T
+        D = c.seen.w.noise.whiten((slope[:, 0] + slope[:, 1] * c.seen.v)[:, None])[:, 0]
+        each = np.add.reduceat(np.column_stack([D * D, D * (y - X @ beta), X * D[:, None]]), starts, axis=0)
+        of_sets = chosen @ each
+        cross = of_sets[:, 2:]
+        return np.maximum(of_sets[:, 0] - np.sum((cross @ way) * cross, axis=1), 0.0), of_sets[:, 1]
+
+    def _left(self, G: Array, degree: int) -> tuple[float, int]:
+        """What curves of a degree leave of a channel, of whose largest the products are; how many columns."""
+        n = self.most + 1
+        keep = [*range(degree + 1), *range(n, n + degree + 1), *range(2 * n, len(G))]
+        return _regressed(G[np.ix_(keep, keep)], 2 * (degree + 1))
+
+    def _freedom(self, degree: int) -> int:
+        columns = sum(2 * (degree + 1) + int(c.fixed.shape[1]) - 1 for c in self.channels)
+        return max(len(self.channels) * len(self.table) - columns, 1)
+
+    def _schwarz(self, each: Sequence[tuple[float, int]]) -> float:
+        count = len(self.channels) * len(self.table)
+        left, columns = sum(x for x, _ in each), sum(k for _, k in each)
+        return count * float(np.log(max(left, 1e-300) / count)) + columns * float(np.log(count))
+
+
+def _regressed(G: Array, target: int) -> tuple[float, int]:
+    """What regression leaves of the square of one column of A by the others, of AᵀA; how many these are."""
+    others = np.delete(np.arange(len(G)), target)
+    size = np.sqrt(np.maximum(np.diag(G)[others], 1e-300))
+    X = G[np.ix_(others, others)] / np.outer(size, size)
+    h = G[others, target] / size
+    taken = float(h @ np.linalg.pinv(X, rcond=RANK, hermitian=True) @ h)
+    return max(float(G[target, target]) - taken, 0.0), len(others)

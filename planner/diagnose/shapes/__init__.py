@@ -1,0 +1,1 @@
+"""Alternatives without a name: what a reading could vary with, in bins, few columns, between nodes."""

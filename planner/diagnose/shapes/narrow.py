@@ -1,0 +1,210 @@
+"""Narrow alternatives without a name: a few columns for courses of which wide bins see too little.
+
+A wave over twenty power-ons, a gyro that locks in at small rates, an axis that leans as the case warms:
+bins of the variable have as many columns as it has levels, and by the criterion each costs log n. They are
+asked beside those bins, and of the likelihood where the noise is judged; its full model goes without them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.diagnose.channels.channel import Channel
+from planner.diagnose.channels.orthogonal import clear, orthonormal
+from planner.effects._history import power_ons
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions, over_records
+from planner.nouns.dwell_table import DwellTable
+from planner.temperature_table import hats, temperature_nodes
+from planner.units import STANDARD_GRAVITY_MPS2
+
+CYCLES = (1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0)  # of a wave over all the days
+A_CYCLE = 6  # power-ons for each of them
+LEAST_APART = 12  # power-ons, below which a wave of the days is anything
+LEAST_DAYS = 1.0
+SMALL_RATES = (0.02, 0.1, 0.4)  # of the largest rate: up to where a gyro locks in, or leaves its line
+LEAST_RATES = 8  # different ones, fewer of which bins follow as well
+A_RATE = float(np.radians(1.0))  # by which rates differ; the Earth turns 240 times slower
+A_BEND = 3  # nodes of temperature, fewer of which show none
+A_LEANING = 0.1  # of g, by which attitudes differ along an axis
+LEAST_LEANINGS = 7  # different ones along an axis, fewer of which a few powers follow as well
+A_CORNER = 0.02  # of the largest column, below which one has no more than leans and rounding
+OWN_NODES = (-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0)  # g
+FACES = 3  # forces along an axis: up, level and down
+MODULUS_NODES = (0.0, 0.3, 0.6, 1.0)  # g
+PLACES = 12  # at which a reading may step after power-on: the rows between two of them hide little of it
+A_SIDE = 5  # rows that such a step has on either side, and power-ons
+_LOADED = 1.5 * STANDARD_GRAVITY_MPS2  # below that a load is not told from gravity
+
+
+def waves(c: Channel, table: DwellTable) -> list[Array]:
+    """(n, 2) sine and cosine over the days of the table, slow and quick ones, as power-ons show them."""
+    runs, span = len(np.unique(table.run)), float(np.ptp(table.day))
+    if runs < LEAST_APART or span < LEAST_DAYS:
+        return []
+    turns = (table.day - table.day.min()) / span
+    around = [2.0 * np.pi * k * turns for k in CYCLES if k * A_CYCLE <= runs]
+    return [np.column_stack([np.sin(x), np.cos(x)]) for x in around]
+
+
+def steps_after_power_on(c: Channel, table: DwellTable) -> list[Array]:
+    """(n, 1) each: whether a time has passed since power-on, at some times; a heater or a filter switches.
+
+    Half of such a step is a straight line, and by bins of the time, which cost eight columns, it is that.
+    """
+    t, runs = table.time_on, np.unique(table.run)
+    ends = np.sort(t)[[A_SIDE - 1, -A_SIDE]] if len(t) >= 2 * A_SIDE else t[:0]
+    if len(runs) < A_SIDE or len(ends) == 0 or ends[0] >= ends[1]:
+        return []
+    places = np.unique(np.quantile(t, np.linspace(0.0, 1.0, PLACES + 2)[1:-1]))
+    later = [t > at for at in places if ends[0] <= at < ends[1]]
+    return [x[:, None].astype(float) for x in later if _within(x, table.run) >= A_SIDE]
+
+
+def _within(later: NDArray[np.bool_], run: NDArray[np.int64]) -> int:
+    """How many power-ons have rows on both sides: what only differs between them is no step within."""
+    return len(np.intersect1d(run[later], run[~later]))
+
+
+def odd_courses(c: Channel, table: DwellTable) -> list[Array]:
+    """(n, 5) of a gyro's own rate x: itself held at small sizes, x |x| and x³."""
+    x = _turning(c)
+    if c.sensor != "gyro" or len(np.unique(np.round(x / A_RATE))) < LEAST_RATES:
+        return []
+    x = x / np.abs(x).max()
+    return [np.column_stack([*(np.clip(x, -k, k) / k for k in SMALL_RATES), x * np.abs(x), x**3])]
+
+
+def rate_under_load(c: Channel, table: DwellTable) -> list[Array]:
+    """(n, 3) a scale factor that goes with the load, signed: a gyro's own rate times each force.
+
+    Gravity alone is up or down, as the turns are: only an arm tells the one from the other.
+    """
+    force = c.model.conditions.specific_force
+    if c.sensor != "gyro" or not np.any(np.linalg.norm(force, axis=1) > _LOADED):
+        return []
+    return [_turning(c)[:, None] * force]
+
+
+def leaning(c: Channel, table: DwellTable) -> list[Array]:
+    """(n, 4) the forces across an accelerometer, in any attitude, times the temperature and its square."""
+    if c.sensor != "accelerometer" or len(temperature_nodes(table.temperature_degc)) < A_BEND:
+        return []
+    t = ((table.temperature_degc - 20.0) / 60.0)[:, None]
+    across = np.delete(c.model.conditions.specific_force, c.axis, axis=1)
+    return [np.concatenate([across * t, across * t**2], axis=1)]
+
+
+def force_over_days(c: Channel, table: DwellTable) -> list[Array]:
+    """(n, 3) a gyro's sensitivity to forces that changes from day to day: each force times the days."""
+    span = float(np.ptp(table.day))
+    if c.sensor != "gyro" or span < LEAST_DAYS or len(np.unique(table.run)) < LEAST_APART:
+        return []
+    return [c.model.conditions.specific_force * ((table.day - table.day.mean()) / span)[:, None]]
+
+
+def gravity_along_axes(c: Channel, table: DwellTable) -> list[Array]:
+    """(n, k) curves of the force in many attitudes: over an accelerometer's own, and |f_j| of an axis.
+
+    Three powers of gravity were named for one bend, and a product of two axes for the root of one of them:
+    on six faces they are the same, and no curve is asked. Of a gyro an axis has an odd curve besides: what
+    begins at half a g is a straight line, roughly, and bins of the attitude do not see where it bends.
+
+    Beside loads an accelerometer's own curve is asked, and is beyond a g what it is there; on six faces too,
+    where the loads say what its scale factor is. One that sticks at small forces is off by as much at one g
+    as at fifty, and of that no power of the load knows.
+    """
+    along = c.model.conditions.specific_force / STANDARD_GRAVITY_MPS2
+    loaded = np.linalg.norm(along, axis=1) * STANDARD_GRAVITY_MPS2 > _LOADED
+    gravity, accelerometer = along[~loaded], c.sensor == "accelerometer"
+    found = []
+    if accelerometer and _leanings(gravity[:, c.axis]) >= LEAST_LEANINGS:
+        found.append(_over_force(c, c.axis, OWN_NODES))
+    if accelerometer and loaded.any() and _leanings(gravity[:, c.axis]) >= FACES:
+        found.append(_within_a_g(c))
+    if loaded.any():
+        return found
+    each = [j for j in range(3) if _leanings(np.abs(along[:, j])) >= len(MODULUS_NODES)]
+    odd = [j for j in range(3) if not accelerometer and _leanings(along[:, j]) >= LEAST_LEANINGS]
+    return [*found, *(_over_force(c, j, MODULUS_NODES) for j in each), *(_odd_force(c, j) for j in odd)]
+
+
+def force_before(c: Channel, table: DwellTable) -> list[Array]:
+    """(n, 1) which way an accelerometer's own force last changed while it was on: its hysteresis (IEEE 1293).
+
+    +1 or −1 after a change by A_LEANING, carried on where it stays; 0 before the first. Faces come in another
+    order in every power-on, so what it leaves is no scatter of theirs, and counts as noise of every record.
+    """
+    if c.sensor != "accelerometer":
+        return []
+    came, last = np.zeros(len(c.u)), 0.0
+    change = np.diff(c.u, prepend=c.u[:1]) / STANDARD_GRAVITY_MPS2
+    for i, first in enumerate(power_ons(c.model.conditions)):
+        last = 0.0 if first else float(np.sign(change[i])) if abs(change[i]) > A_LEANING else last
+        came[i] = last
+    return [came[:, None]] if len(np.unique(came[came != 0.0])) > 1 else []
+
+
+def _odd_force(c: Channel, axis: int) -> Array:
+    """(n, 3) f, f |f| and f³ of the force in g along an axis."""
+
+    def powers(at: Conditions) -> Array:
+        f = at.specific_force[:, axis] / STANDARD_GRAVITY_MPS2
+        return np.column_stack([f, f * np.abs(f), f**3])
+
+    return np.asarray(over_records(powers, c.model.conditions))
+
+
+def _over_force(c: Channel, axis: int, nodes: tuple[float, ...]) -> Array:
+    """(n, k) bends over the force in g along an axis, of its modulus where no node is below zero.
+
+    An accelerometer's are clear of a straight line, which is declared but for κ times a lean: what is left of
+    it goes with temperature as a misalignment does. So do hats of which records reach no more than a corner.
+    """
+
+    def shares(at: Conditions) -> Array:
+        f = at.specific_force[:, axis] / STANDARD_GRAVITY_MPS2
+        x = f if nodes[0] < 0.0 else np.abs(f)
+        return np.column_stack([np.ones(len(f)), f, hats(x, np.array(nodes), 0.0)])
+
+    both = over_records(shares, c.model.conditions)
+    declared = both[:, : 2 if c.sensor == "accelerometer" else 1]
+    bends = clear(orthonormal(declared), both[:, 2:])
+    size = np.linalg.norm(bends, axis=0)
+    return orthonormal(bends[:, size > A_CORNER * size.max(initial=0.0)], A_CORNER)
+
+
+def _within_a_g(c: Channel) -> Array:
+    """(n, 1) an accelerometer's own force as far as it is within a g, clear of a straight line."""
+
+    def shares(at: Conditions) -> Array:
+        f = at.specific_force[:, c.axis] / STANDARD_GRAVITY_MPS2
+        return np.column_stack([np.ones(len(f)), f, np.clip(f, -1.0, 1.0)])
+
+    both = over_records(shares, c.model.conditions)
+    return clear(orthonormal(both[:, :2]), both[:, 2:])
+
+
+def _leanings(force: Array) -> int:
+    """How many different ones there are of a force in g."""
+    return len(np.unique(np.round(force / A_LEANING)))
+
+
+def _turning(c: Channel) -> Array:
+    """(n,) the own rate of a gyro; the Earth's at rest is none."""
+    return np.where(np.abs(c.u) > A_RATE, c.u, 0.0)
+
+
+MAKERS: Mapping[str, Callable[[Channel, DwellTable], list[Array]]] = {
+    "day": waves,
+    "time_on": steps_after_power_on,
+    "rate": odd_courses,
+    "rate_and_specific_force": rate_under_load,
+    "temperature": leaning,
+    "day_and_specific_force": force_over_days,
+    "specific_force": lambda c, table: [*gravity_along_axes(c, table), *force_before(c, table)],
+}
+"""What they vary with -> what makes them."""

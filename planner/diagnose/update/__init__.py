@@ -1,0 +1,1 @@
+"""What an update of the spec asks: sizes, spreads, tests and what they cost."""

@@ -1,0 +1,112 @@
+"""Whether what few power-ons tell is no more than what the spec lets every one of them draw anew.
+
+    V' = V + Σ_runs Σ_t (σ_t² − σ̂_t²)⁺ x_t x_tᵀ
+
+x_t the columns of the terms of every declared error but the bias (scale factor, misalignments), σ_t its
+run-to-run of the spec, σ̂_t what the noise has of it already. Three power-ons on a centrifuge, each at a
+temperature of its own, draw three misalignments: at 50 g by 0.003 deg 2.6 mg, and a curve over temperature
+follows them to the last digit. Their spread is then one with the curve, no likelihood has it, and what the
+records cannot tell the spec does. Where many power-ons tell a block their spread is in the noise.
+
+Both must hold: beside the draws the block says nothing, and they say most of what it does.
+
+With U s Vᵀ the whitened x_t σ_t of every power-on, (I + U s² Uᵀ)^(−½) = I − U (1 − (1 + s²)^(−½)) Uᵀ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.diagnose.channels.channel import Channel, usual_columns
+from planner.diagnose.channels.orthogonal import clear, explained, orthonormal
+from planner.diagnose.hypotheses.found import Found
+from planner.diagnose.noise.channel_noise import LEAST_RUNS, ChannelNoise, of_effect
+from planner.diagnose.noise.whitened import SEEN, Whitened, log_p
+from planner.nouns.array import Array
+from planner.spec.budget import ErrorBudget
+
+AS_BUDGETED = 1e-3  # p, above which a block says no more than power-ons that differ as they may
+OF_IT = (
+    0.85  # of what the block explains, that draws must: leans say 0.95 of it and more, what they do not 0.75
+)
+SHARES = (0.05, 0.1, 0.2, 0.5, 1.0)  # of the budget, that power-ons may draw
+SCALE = "run_to_run_scale_factor"  # of the noise
+
+
+def as_budgeted(found: Found, b: int, starts: NDArray[np.int64], budgets: Mapping[str, ErrorBudget]) -> bool:
+    """Whether a believed block of one channel, told by few power-ons, is as likely what these draw."""
+    block = found.pool.blocks[b]
+    if block.reference or len(block.columns) != 1:
+        return False
+    (axis,) = block.columns
+    w = found.pool.state[axis]
+    others = [found.pool.blocks[o].columns[axis] for o in found.others(b) if axis in found.axes(o)]
+    C, beside = w.noise.whiten(block.columns[axis]), np.empty((len(w.z), 0))
+    known = np.column_stack([w.Q, *(w.noise.whiten(x) for x in others), beside])
+    told = np.add.reduceat(np.sum(clear(orthonormal(known), C) ** 2, axis=1), starts)
+    if _as_many(told) >= LEAST_RUNS:
+        return False
+    drawn = _drawn(w, starts, budgets)
+    if drawn.shape[1] == 0:
+        return False
+    wider = _whitened_again(drawn, np.column_stack([w.z, C, known]))
+    k = 1 + C.shape[1]
+    delta, rank = explained(wider[:, k:], wider[:, 1:k], wider[:, 0], SEEN)
+    s = found.share(b)
+    if rank == 0 or s.m == 0:
+        return True
+    if log_p(delta, rank, s.freedom, s.s2) <= np.log(AS_BUDGETED):
+        return False
+    beside = orthonormal(known)
+    return _gain(clear(beside, drawn), clear(beside, w.z)) > OF_IT * s.delta
+
+
+def _gain(D: Array, z: Array) -> float:
+    """2 log of the likelihood ratio of z (n,) with draws of D's columns, at the best share of the budget.
+
+    max_f  zᵀ (I − (I + f² DDᵀ)⁻¹) z − log det (I + f² DDᵀ)
+    """
+    U, s, _ = np.linalg.svd(D, full_matrices=False)
+    square = (U.T @ z) ** 2
+    sizes = (np.array(SHARES)[:, None] * s) ** 2
+    return float(np.max(np.sum(square * sizes / (1.0 + sizes) - np.log1p(sizes), axis=1)))
+
+
+def _as_many(square: Array) -> float:
+    """How many power-ons tell something, those that tell more counted for more: (Σ e)² / Σ e²."""
+    return float(square.sum() ** 2 / max(float(square @ square), 1e-300))
+
+
+def _drawn(w: Whitened, starts: NDArray[np.int64], budgets: Mapping[str, ErrorBudget]) -> Array:
+    """(n, r) whitened columns of what every power-on may draw beside what the noise has of it, one sigma."""
+    n = len(w.z)
+    run = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, n)))
+    parts = [np.empty((n, 0))]
+    for x, more in _terms(w.channel, w.noise, budgets):
+        each = np.zeros((n, len(starts)))
+        each[np.arange(n), run] = more * x
+        parts.append(each[:, np.any(each != 0.0, axis=0)])
+    return w.noise.whiten(np.column_stack(parts))
+
+
+def _terms(
+    c: Channel, noise: ChannelNoise, budgets: Mapping[str, ErrorBudget]
+) -> Iterator[tuple[Array, float]]:
+    """x (n,) of every term of the channel's errors but the bias, and √(σ² − σ̂²) of it."""
+    has = dict(zip(noise.components, noise.variances.theta.tolist(), strict=True))
+    for name, budget in budgets.items():
+        if name == "bias" or budget.run_to_run is None:
+            continue
+        already = [SCALE] if name == "scale_factor" else of_effect(name, has)
+        more = budget.run_to_run_largest**2 - min((has[one] for one in already if one in has), default=0.0)
+        for x in usual_columns(c, name) if more > 0.0 else ():
+            yield x, float(np.sqrt(more))
+
+
+def _whitened_again(drawn: Array, X: Array) -> Array:
+    """(I + D Dᵀ)^(−½) X."""
+    U, s, _ = np.linalg.svd(drawn, full_matrices=False)
+    return np.asarray(X - (U * (1.0 - 1.0 / np.sqrt(1.0 + s**2))) @ (U.T @ X))

@@ -1,0 +1,86 @@
+"""Whether a claim is as likely a process that the spec budgets for every channel of a sensor.
+
+    z = C γ + K x + e,   x ~ N(0, f² I),   0 ≤ f ≤ 1
+
+in whitened rows clear of all else that is believed: K (n, k) modes of the process, one sigma of the budget
+each, γ the coefficients of what is believed, C its columns. f is one for the sensor's channels, which are of
+one kind: as large as the rows of all three say, never more than the budget. Both stand against each other,
+each as likely as it can be,
+
+    Λ = max_f,γ 2 log L(f, γ) − max_f 2 log L(f, 0)
+
+and what is believed must be beyond chance by Λ (F of its columns and the freedom of its noise), once for each
+value of a parameter that it had to choose; or the process takes hardly any of it (Lindley, Smith, J. R. Stat.
+Soc. B 34, 1972, 1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.diagnose.channels.orthogonal import clear, orthonormal
+from planner.diagnose.hypotheses.found import SINGLE, Found
+from planner.diagnose.hypotheses.pool import inverse
+from planner.diagnose.noise.whitened import Cleared, Whitened, log_p
+from planner.diagnose.vetoes.own_noise import KEPT
+from planner.nouns.array import Array
+
+SHARES = np.linspace(0.0, 1.0, 21)  # f: a likelihood over it is as smooth as that
+
+
+def as_likely(found: Found, b: int, budgeted: Mapping[int, tuple[Array, Whitened | Cleared]]) -> bool:
+    """Whether a believed block is as likely a process that the spec budgets for every channel.
+
+    budgeted: axis -> (n, k) columns of the process, one sigma of the budget each, and the channel, white
+        beside it
+    """
+    block, s = found.pool.blocks[b], found.share(b)
+    channels = [_walked(found, b, a, *given) for a, given in budgeted.items()]
+    unlikely = np.sum([w.unlikely for w, _ in channels], axis=0)
+    G, h = (np.sum(x, axis=0) for x in zip(*(w.seen(C) for w, C in channels if C.shape[1]), strict=True))
+    explained = np.array([hf @ inverse(Gf) @ hf for Gf, hf in zip(G, h, strict=True)])
+    gain = float(unlikely.min() - np.min(unlikely - explained))
+    if s.m == 0 or gain >= KEPT * s.delta:
+        return False
+    looks = sum(x.key == block.key for x in found.pool.blocks)
+    return bool(log_p(gain, s.m, s.freedom, s.s2) > np.log(SINGLE / looks))
+
+
+def _walked(found: Found, b: int, axis: int, modes: Array, w: Whitened | Cleared) -> tuple[_Walked, Array]:
+    """A channel and the columns (n, m) of a block there, clear of all else that is believed."""
+    pool = found.pool
+    others = [pool.blocks[o].columns[axis] for o in found.others(b) if axis in found.axes(o)]
+    nothing = np.empty((len(w.z), 0))
+    known = orthonormal(np.column_stack([w.Q, w.noise.whiten(np.column_stack([nothing, *others]))]))
+    C, K = (clear(known, w.noise.whiten(x)) for x in (pool.blocks[b].columns.get(axis, nothing), modes))
+    return _Walked.of(K, clear(known, w.z)), C
+
+
+@dataclass(frozen=True)
+class _Walked:
+    """White rows with a walk of each share of the budget. U: (n, k) orthonormal, K = U s Vᵀ its modes
+
+    taken: (f, k) 1 − 1 / (1 + f² s²), of the square along U; unlikely: (f,) −2 log L without anything else
+    """
+
+    z: Array
+    U: Array
+    taken: Array
+    unlikely: Array
+
+    @classmethod
+    def of(cls, K: Array, z: Array) -> _Walked:
+        """K: (n, k) modes times the budget's sigma; z: (n,)."""
+        U, s, _ = np.linalg.svd(K, full_matrices=False)
+        grown = (SHARES[:, None] * s) ** 2
+        taken = grown / (1.0 + grown)
+        return cls(z, U, taken, np.log1p(grown).sum(axis=1) - taken @ (U.T @ z) ** 2)
+
+    def seen(self, C: Array) -> tuple[Array, Array]:
+        """(f, m, m) CᵀC and (f, m) Cᵀz of columns C (n, m), in white of rows and walk together."""
+        B, along = self.U.T @ C, self.U.T @ self.z
+        weighed = self.taken[:, :, None] * B
+        return C.T @ C - np.swapaxes(weighed, 1, 2) @ B, C.T @ self.z - np.swapaxes(weighed, 1, 2) @ along

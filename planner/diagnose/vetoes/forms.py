@@ -1,0 +1,286 @@
+"""A name is the claim of a form: its coefficient is one number, whatever else changes.
+
+With e = G γ̂ what a believed effect adds to a channel, every variable x of the records gives a departure
+
+    d = e x,  and e x² over the variable along which the effect runs,     x from −1 to 1 in these records
+
+a drift of the days that is no straight line, a cubic that bends earlier, a warm-up that goes with
+temperature. Each is tested as one column beside everything believed and the slopes of the effect's own
+parameters, where a generic alternative of many columns would see it only when it is much stronger: the score
+test of a varying coefficient (Hastie, Tibshirani, J. R. Stat. Soc. B 55, 1993). A name that does not hold
+gives way to one more effect of the library or to the variable, whichever the criterion has before the other.
+A name whose form the records do not test stands beside its own variable, as a rival (`untested`): two rates
+show one odd shape, whatever it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from planner.diagnose.channels.channel import Channel
+from planner.diagnose.hypotheses.candidates import Block
+from planner.diagnose.hypotheses.found import Found, Question, best_of, free, on
+from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, LEAST, along
+from planner.diagnose.hypotheses.pool import Pool, given, inverse, pool_of
+from planner.diagnose.hypotheses.scores import score
+from planner.diagnose.references.references import hypothesis
+from planner.diagnose.vetoes.unnamed import MISFIT_OF_A_NAME, choice, told_apart
+from planner.nouns.array import Array
+from planner.protocols import Condition
+from planner.solvers.distributions import TWO_SIDED
+
+DEPARTS = 1e-3  # p over the departures of one name, from which its form is not the one that is there
+MOST_NAMES = (
+    2  # on one channel, a second beside one that departs; with a variable in common they are one claim
+)
+CHANGES = 0.5  # of the coefficient, from the middle of a variable to its end, that a tested form excludes
+DOUBTFUL = 2.58  # sigma of a change with temperature, one in a hundred, from which it is no constant for sure
+VARIABLES: tuple[Condition, ...] = (
+    "temperature_degc",
+    "time_on",
+    "day",
+    "temperature_rate",
+    "rate",
+    "specific_force",
+)
+TEMPERATURE = "temperature"
+AN_EQUATION = 3  # columns; what has more is a table, which claims no form over its variable
+
+
+def only_forms_that_hold(found: Found, question: Question) -> None:
+    """Put what the data say in the place of believed names whose coefficients depart from one number."""
+    for axis in found.pool.axes if told_apart(found.pool) else ():
+        for b in [b for b in found.on({axis}) if _is_asked(found, b)]:
+            if b in found.library and _is_a_part(found, b, axis):
+                found.library.remove(b)
+            elif b in found.library and _departs(found, b, axis, question.slopes(found, b)):
+                _instead(found, b, axis, question)
+        _one_variable_for_several_names(found, axis, question)
+
+
+def _one_variable_for_several_names(found: Found, axis: int, question: Question) -> None:
+    """Put a variable in the place of several names of a channel none of whose forms over it is tested.
+
+    A bump over the days is a step and an ageing, roughly: two claims, where the records make none but that.
+    """
+    pool = found.pool
+    courses: dict[str, list[int]] = {}
+    names = [b for b in found.on({axis}) if _is_asked(found, b)]
+    for b in names if len(names) >= MOST_NAMES else ():
+        if untested(found, b, question.slopes(found, b)) is not None:
+            courses.setdefault(along(pool, b), []).append(b)
+    for variable, mine in courses.items():
+        if len(mine) < MOST_NAMES:
+            continue
+        stand = any(pool.blocks[u].name == variable for u in on(pool, found.unknown, {axis}))
+        without = given(pool, found.others(*mine))
+        every = [g for g in on(pool, question.generic, {axis}) if pool.blocks[g].name == variable]
+        scores = {g: score(without, [g]).criterion for g in every}
+        best = max(scores, key=lambda g: scores[g], default=None)
+        if stand or (best is not None and scores[best] > DECISIVE):
+            found.library = [b for b in found.library if b not in mine]
+            found.unknown += [] if stand or best is None else [best]
+
+
+def _is_asked(found: Found, b: int) -> bool:
+    block = found.pool.blocks[b]
+    return not (len(block.columns) > 1 or block.reference or hypothesis(block.name).bench_only)
+
+
+def _is_a_part(found: Found, b: int, axis: int) -> bool:
+    """Whether an unknown over the effect's variable and another one stands beside it: their first term."""
+    own, mine = along(found.pool, b), found.share(b).delta
+    return any(
+        "_and_" in found.pool.blocks[u].name
+        and own in found.pool.blocks[u].name.split("_and_")
+        and found.share(u).delta > LEAST * mine
+        for u in on(found.pool, found.unknown, {axis})
+    )
+
+
+def untested(found: Found, b: int, slopes: Block | None) -> tuple[str, float] | None:
+    """(variable, sigma) where the records do not tell a believed form from another one over its own variable.
+
+    With d the departures over that variable, each beside all that is believed, c d of length |c| l has the
+    interval c ± 1.96 / l. The form is tested where each of them holds zero and none reaches CHANGES; sigma is
+    how far such a change would be seen, CHANGES l, of the departure that is seen least.
+    """
+    if not _claims_a_form(found, b):
+        return None
+    axis = next(iter(found.pool.blocks[b].columns))
+    own = hypothesis(found.pool.blocks[b].name).variable
+    sizes = _sizes(found, b, axis, slopes, list(_courses(found.pool.state[axis].channel, own)))
+    if all(abs(c) * length <= TWO_SIDED and _excludes(CHANGES, c, length) for c, length in sizes):
+        return None
+    return along(found.pool, b), CHANGES * min(length for _, length in sizes)
+
+
+def at_one_temperature(found: Found, b: int, slopes: Block | None) -> float | None:
+    """Sigma by which a coefficient that doubles, or goes to nothing, to an end of the temperatures is seen.
+
+    Or to their middle, where they are three or more. None where the intervals exclude both, and neither is
+    told from no change. A centrifuge stands in the room.
+    """
+    block = found.pool.blocks[b]
+    if not _claims_a_form(found, b) or TEMPERATURE in (
+        hypothesis(block.name).variable,
+        *block.name.split("_"),
+    ):
+        return None
+    axis = next(iter(block.columns))
+    x = _scaled(_values(found.pool.state[axis].channel, "temperature_degc"))
+    if not np.any(x):
+        return None
+    one, both = _sizes(found, b, axis, slopes, [x, 2.0 * x**2 - 1.0])
+    told = [one, both] if both[1] > 0.0 else [one]
+    unseen = [n for c, n in told if not _excludes(1.0, c, n) or abs(c) * n > DOUBTFUL]
+    return min(unseen, default=None)
+
+
+def _claims_a_form(found: Found, b: int) -> bool:
+    block = found.pool.blocks[b]
+    widest = max(x.shape[1] for x in block.columns.values())
+    return bool(_is_asked(found, b) and along(found.pool, b) and widest <= AN_EQUATION)
+
+
+def _excludes(change: float, c: float, length: float) -> bool:
+    """Whether the interval c ± 1.96 / length leaves a change out, either way."""
+    return (change - abs(c)) * length >= TWO_SIDED
+
+
+def _departs(found: Found, b: int, axis: int, slopes: Block | None) -> bool:
+    """Whether some variable changes the coefficient of a believed block."""
+    w = found.pool.state[axis]
+    x = list(_variables(w.channel, hypothesis(found.pool.blocks[b].name).variable))
+    one, first = _beside(found, b, axis, slopes, x)
+    told = [score(one, [first + i]) for i in range(len(x))]
+    told = [s for s in told if s.m and s.delta > MISFIT_OF_A_NAME * found.share(b).delta]
+    return bool(told) and min(s.log_p for s in told) < np.log(DEPARTS / len(x))
+
+
+def _sizes(
+    found: Found, b: int, axis: int, slopes: Block | None, x: Sequence[Array]
+) -> list[tuple[float, float]]:
+    """c of every departure c e x beside all that is believed, and the whitened length of e x there."""
+    one, first = _beside(found, b, axis, slopes, x)
+    out = []
+    for i in range(len(x)):
+        k = one.places[first + i]
+        gram, size = float(one.grams(k)[0, 0]), float(one.size[k[0]])
+        length = float(np.sqrt(max(gram, 0.0))) * size
+        out.append((float(one.h[k[0]]) / gram / size if length > 0.0 else 0.0, length))
+    return out
+
+
+def _beside(found: Found, b: int, axis: int, slopes: Block | None, x: Sequence[Array]) -> tuple[Pool, int]:
+    """A pool of the departures e x, clear of all that is believed, and the place of the first of them."""
+    w, block = found.pool.state[axis], found.pool.blocks[b]
+    e = block.columns[axis] @ _coefficients(found, b)
+    departures = [replace(block, columns={axis: (e * v)[:, None]}, terms=("",), nonlinear={}) for v in x]
+    believed = [found.pool.blocks[i] for i in on(found.pool, found.all, {axis})]
+    believed += [slopes] if slopes is not None else []
+    beside = [replace(y, columns={axis: y.columns[axis]}) for y in believed]
+    one = given(pool_of({axis: w}, [*beside, *departures], found.pool.segments.cuts), range(len(beside)))
+    return one, len(beside)
+
+
+def _coefficients(found: Found, b: int) -> Array:
+    """(k,) of a believed block's columns, SI, beside everything else that is believed."""
+    pool = found.pool
+    k = pool.columns(found.all)
+    gamma = inverse(pool.grams(k)) @ pool.h[k]
+    mine = np.isin(k, pool.places[b])
+    size = pool.size[pool.places[b]]
+    return np.asarray(np.divide(gamma[mine], size, out=np.zeros_like(size), where=size > 0))
+
+
+def _variables(c: Channel, own: Condition | None) -> Iterator[Array]:
+    """(n,) each variable of the records from −1 to 1, and what an effect may bend by along its own."""
+    for name in VARIABLES:
+        yield _scaled(_values(c, name))
+    courses = list(_courses(c, own))
+    yield from courses[1:] if own in VARIABLES else courses
+
+
+def _courses(c: Channel, own: Condition | None) -> Iterator[Array]:
+    """(n,) an effect's own variable from −1 to 1 and its square; of the channel's input also its modulus."""
+    load = own == "rate" and c.sensor == "accelerometer"  # its input, as `of_the_sensor` calls it
+    name: Condition | None = "specific_force" if load else own
+    if name in VARIABLES:
+        x = _scaled(_values(c, name))
+        yield x
+        yield x**2
+    if name == ("rate" if c.sensor == "gyro" else "specific_force"):
+        yield _scaled(np.abs(c.u))
+        yield _scaled(np.abs(c.u)) ** 2
+
+
+def _values(c: Channel, name: Condition) -> Array:
+    values = np.asarray(getattr(c.model.conditions, name), dtype=float)
+    return np.asarray(np.linalg.norm(values, axis=1) if values.ndim > 1 else values)
+
+
+def _scaled(values: Array) -> Array:
+    low, high = float(values.min()), float(values.max())
+    return (2.0 * values - low - high) / (high - low) if high > low else np.zeros_like(values)
+
+
+def _instead(found: Found, b: int, axis: int, question: Question) -> None:
+    """One more name beside one that does not hold, another one or the variable in its place."""
+    pool = found.pool
+    without = given(pool, found.others(b))
+    every = free(pool, on(pool, question.generic, {axis}), found.unknown)
+    unnamed = {g: score(without, [g]).criterion for g in every}
+    if max(unnamed.values(), default=0.0) < score(without, [b]).criterion:
+        # no bins explain as much as the name does: only those along its own variable say what it said
+        unnamed = {g: c for g, c in unnamed.items() if along(pool, b) in pool.blocks[g].name.split("_and_")}
+    variable = max(unnamed, key=lambda g: unnamed[g], default=None)
+    if variable is None or unnamed[variable] < DECISIVE:
+        return
+    second, gain = _second(found, axis, question)
+    if second is not None and gain > 0.0 and score(without, [b]).criterion + gain > unnamed[variable]:
+        found.library.append(second)
+        found.stood_for[pool.blocks[second].key] = DEPARTS
+        found.refine(question)
+        return
+    other = _another(found, b, axis, question, without)
+    if other is not None and score(without, [other]).criterion > unnamed[variable]:
+        found.library[found.library.index(b)] = other
+        found.stood_for[pool.blocks[other].key] = DEPARTS
+        return
+    found.library.remove(b)
+    found.aliased.discard(pool.blocks[b].key)
+    found.unknown.append(variable)
+    found.drop_needless(found.chance(question))
+
+
+def _another(found: Found, b: int, axis: int, question: Question, without: Pool) -> int | None:
+    """The table over the variable of a name that does not hold, where it explains more than that.
+
+    By the criterion it may be as far behind as the bends are weak of which the name has none: a load that
+    saturates is a straight line, roughly, and its table has twenty columns.
+    """
+    pool, own = found.pool, score(without, [b])
+    every = free(pool, on(pool, question.library, {axis}), found.all)
+    mine = [c for c in every if len(pool.blocks[c].columns) == 1 and along(pool, c) == along(pool, b)]
+    scores = {c: score(without, [c]) for c in mine}
+    better = {c: s.criterion for c, s in scores.items() if s.m > own.m and s.delta > own.delta + DECISIVE}
+    best = max(better, key=lambda c: better[c], default=None)
+    return best if best is not None and better[best] > own.criterion - DECISIVE else None
+
+
+def _second(found: Found, axis: int, question: Question) -> tuple[int | None, float]:
+    """The best further name of a channel, and its criterion less what its choice costs; none beside two."""
+    pool, here = found.pool, found.without()
+    if len(found.on({axis})) >= MOST_NAMES:
+        return None, 0.0
+    every = free(pool, on(pool, question.library, {axis}), found.all)
+    scores = {c: score(here, [c]) for c in every if len(pool.blocks[c].columns) == 1}
+    criteria = {c: s.criterion for c, s in scores.items() if s.m}
+    if not criteria:
+        return None, 0.0
+    best = best_of(pool, criteria)
+    return best, criteria[best] - choice(found, question, axis)

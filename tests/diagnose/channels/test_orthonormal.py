@@ -1,0 +1,28 @@
+"""A basis comes out whether or not the quick decomposition converges."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.diagnose.channels.orthogonal import clear, orthonormal
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_where_the_quick_decomposition_fails_the_slow_one_gives_the_same_span(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """LAPACK's gesdd gave up on a triangle of 63 columns of a campaign: an internal error for its user."""
+    rng = np.random.default_rng(seed)
+    A = rng.normal(size=(80, 12))
+    A[:, 9:] = A[:, :3] @ rng.normal(size=(3, 3))
+    quick = orthonormal(A)
+
+    def fails(*_: object, **__: object) -> None:
+        raise np.linalg.LinAlgError("SVD did not converge")
+
+    monkeypatch.setattr(np.linalg, "svd", fails)
+    slow = orthonormal(A)
+    assert slow.shape == quick.shape == (80, 9)
+    np.testing.assert_allclose(slow.T @ slow, np.eye(9), atol=1e-12)
+    np.testing.assert_allclose(clear(slow, A), 0.0, atol=1e-10)

@@ -1,0 +1,85 @@
+"""A table whose rate is another one in every power-on, or from some on: the gyros scatter together."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.diagnose.channels.prepared import prepared
+from planner.diagnose.dwells_to_diagnosis import diagnose
+from planner.diagnose.records.table_rate_of_power_ons import TableRates, table_rate_of_power_ons
+from planner.diagnose.search.sensor import diagnose_sensor
+from planner.nouns.dwell_table import DwellTable
+from tests.diagnose.hall import Noise, days, hidden, read
+from tests.specs import shipped
+
+SPEC = shipped("small_uav").spec
+SCATTER = 3e-4
+DRAWN = Noise(4e-4, 1e-3, scale=2e-5)
+
+
+def _table(seed: int, by: np.ndarray) -> DwellTable:
+    """Power-ons in which the table turns by a share (g,) faster than it says."""
+    hall = days(seed, 24)
+    return read(
+        hall, seed, gyro=DRAWN, felt=replace(hall, turn=hall.turn * (1.0 + by[hall.run - 1])[:, None])
+    )
+
+
+def _told(table: DwellTable) -> TableRates | None:
+    data = prepared(table, SPEC.unit)
+    return table_rate_of_power_ons([diagnose_sensor(data, "gyro", tuple(SPEC.effects), 1)], data, [])
+
+
+@pytest.mark.parametrize("seed", [301, 302])
+@pytest.mark.further("seed", [303, 304])
+def test_gyros_that_scatter_together_are_a_table(seed: int) -> None:
+    """Silent where the noise of each gyro had it as a spread of its scale factor."""
+    shares = SCATTER * np.random.default_rng(seed).normal(size=24)
+    found = diagnose(_table(seed, shares), SPEC)
+    (suspect,) = found.reference_suspects
+    assert suspect.hypothesis == "table_rate"
+    assert "from power-on to power-on" in suspect.check
+    assert abs(suspect.value - SCATTER) < 0.5 * SCATTER  # a spread of 19 degrees of freedom: 16 %
+    assert (found.effects, found.unknown) == ((), ())
+    assert not found.budget_exceeded
+
+
+@pytest.mark.parametrize("seed", [311, 312])
+@pytest.mark.further("seed", [313, 314])
+def test_a_step_of_the_table_has_its_place_and_its_size(seed: int) -> None:
+    told = _told(_table(seed, np.where(np.arange(24) >= 11, 9e-4, 0.0)))
+    assert told is not None
+    assert told.first == 12
+    assert abs(told.value - 9e-4) < told.half
+    assert told.half < 5e-5  # of gyros that draw 2e-5 each
+
+
+@pytest.mark.parametrize("seed", [321, 322])
+@pytest.mark.further("seed", [323, 324])
+def test_gyros_that_scatter_by_themselves_are_no_table(seed: int) -> None:
+    """Fifteen times what the spec has, on each of them; and on one alone."""
+    hall = days(seed, 24)
+    assert _told(read(hall, seed, gyro=Noise(4e-4, 1e-3, scale=SCATTER))) is None
+    share = SCATTER * np.random.default_rng(seed).normal(size=24)[hall.run - 1]
+    assert _told(hidden(read(hall, seed, gyro=DRAWN), "gyro", 1, share * hall.turn[:, 1])) is None
+
+
+def test_what_the_spec_lets_gyros_draw_is_no_finding() -> None:
+    shares = 3e-5 * np.random.default_rng(331).normal(size=24)
+    assert _told(_table(331, shares)) is None
+
+
+def test_a_table_that_is_wrong_above_a_rate_has_one_name() -> None:
+    """Power-ons of other rates scatter together then: a second table rate of 0.003 stood beside it."""
+    hall = days(341, 24)
+    fast = np.linalg.norm(hall.turn, axis=1, keepdims=True) > 100.0
+    slow = np.where((hall.run % 3 == 0)[:, None] & fast, hall.turn / 4.0, hall.turn)
+    hall = replace(hall, turn=slow)
+    felt = replace(
+        hall, turn=hall.turn * np.where(np.linalg.norm(slow, axis=1, keepdims=True) > 100.0, 1.0005, 1.0)
+    )
+    found = diagnose(read(hall, 341, gyro=DRAWN, felt=felt), SPEC)
+    assert [s.hypothesis for s in found.reference_suspects] == ["table_rate"]

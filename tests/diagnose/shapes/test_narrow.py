@@ -1,0 +1,73 @@
+"""Courses of which bins have too many columns: told by a few, with their variable, without a wrong name."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.nouns.diagnosis import UnitDiagnosis
+from planner.nouns.dwell_table import DwellTable
+from tests.diagnose.hall import axes_apart, days, hidden, read, tumbles
+from tests.diagnose.worlds import whole
+
+MANY = (-400.0, -150.0, -60.0, -20.0, -8.0, 8.0, 20.0, 60.0, 150.0, 400.0)
+
+
+def _said(table: DwellTable) -> set[str]:
+    found: UnitDiagnosis = whole(table)
+    assert not found.reference_suspects
+    return {e.effect for e in found.effects} | {u.varies_with for u in found.unknown}
+
+
+@pytest.mark.parametrize("seed", [301, 302])
+@pytest.mark.further("seed", range(303, 307))
+def test_a_wave_over_twenty_power_ons_goes_with_the_days(seed: int) -> None:
+    """Nothing was said: four nodes are all that so few power-ons carry, and it passed for their spread."""
+    hall = days(seed, 20)
+    turns = np.random.default_rng(seed).uniform(1.2, 1.8) * hall.day / np.ptp(hall.day)
+    table = replace(read(hall, seed), acc=None)
+    assert _said(hidden(table, "gyro", seed % 3, 1e-2 * np.sin(2.0 * np.pi * turns + seed))) == {"day"}
+
+
+@pytest.mark.parametrize("seed", [311, 312])
+@pytest.mark.further("seed", range(313, 317))
+def test_a_gyro_that_locks_in_at_small_rates_goes_with_the_rate(seed: int) -> None:
+    """y = sign(ω) √(ω² − 6²): it went with the time since power-on and the rate, or was nothing."""
+    hall = axes_apart(seed, 2, MANY)
+    table = replace(read(hall, seed), acc=None)
+    u = hall.turn[:, seed % 3]
+    locked = u - np.sign(u) * np.sqrt(np.maximum(u**2 - 36.0, 0.0))
+    assert _said(hidden(table, "gyro", seed % 3, 3.5e-4 * locked)) == {"rate"}
+
+
+@pytest.mark.parametrize("seed", [321, 322, 323])
+@pytest.mark.further("seed", [324, 325, 326])
+def test_an_axis_that_leans_as_the_case_bends_goes_with_temperature(seed: int) -> None:
+    """Bins of the six ways up over the nodes of the table cost more than it explains: nothing was said."""
+    hall = tumbles(seed)
+    table = replace(read(hall, seed), gyro=None)
+    axis = seed % 3
+    leans = hall.up[:, (axis + 1) % 3] * ((hall.temperature - 15.0) / 40.0) ** 2
+    said = _said(hidden(table, "acc", axis, 8e-5 * leans))
+    assert said <= {"temperature", "misalignment_temperature"}
+    assert said
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.further("seed", [3, 4])
+def test_a_step_after_power_on_goes_with_the_time_and_is_no_drift(seed: int) -> None:
+    """Bins of the time cost eight columns: it was a drift, or went with the rates that turn later on."""
+    hall = days(seed, 18)
+    table = replace(read(hall, seed), acc=None)
+    assert _said(hidden(table, "gyro", 0, 6e-4 * (hall.time_on > 400.0))) == {"time_on"}
+
+
+@pytest.mark.parametrize(("name", "seed"), [("drift", 1), ("warm_up", 2)])
+@pytest.mark.further(("name", "seed"), [("drift", 3), ("warm_up", 4)])
+def test_what_grows_or_settles_after_power_on_is_no_step(name: str, seed: int) -> None:
+    hall = days(seed, 18)
+    table = replace(read(hall, seed), acc=None)
+    shape = hall.time_on / 500.0 if name == "drift" else 1.5 * np.exp(-hall.time_on / 200.0)
+    assert _said(hidden(table, "gyro", 0, 6e-4 * shape)) == {name}

@@ -1,0 +1,100 @@
+"""A name is the claim of a form: shapes that an effect of the library follows in most of what they do."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.diagnose.dwells_to_diagnosis import diagnose, told_from_zero
+from planner.diagnose.shapes.generic import levels
+from planner.diagnose.vetoes.verdicts import predicted
+from planner.nouns.diagnosis import FoundEffect, FoundTerm
+from planner.protocols import Sensor
+from tests.diagnose.labs.shapes import LIBRARY, MIMICS, Hidden
+from tests.diagnose.labs.unit import campaign
+from tests.specs import shipped
+
+SPEC = shipped("small_uav").spec
+STRENGTH = 20.0
+
+
+@pytest.mark.parametrize(
+    ("name", "channel", "seed"),
+    [
+        ("cubic of another rate", "gyro_y", 90001),
+        ("misalignment from day to day", "gyro_x", 90000),
+        ("time of day", "acc_y", 90001),
+        ("decay over temperature", "acc_y", 90001),
+        ("heading at rest", "gyro_y", 90001),
+    ],
+)
+@pytest.mark.further(
+    ("name", "channel", "seed"),
+    [
+        ("cubic of another rate", "gyro_x", 90000),
+        *(("modulus of another rate", c, s) for c, s in (("gyro_x", 90000), ("gyro_y", 90001))),
+        ("misalignment from day to day", "acc_x", 90003),
+        ("time of day", "gyro_x", 90000),
+        ("decay over temperature", "gyro_x", 90000),
+    ],
+)
+def test_what_looks_like_an_effect_of_the_library_is_told_by_its_variable(
+    name: str, channel: str, seed: int
+) -> None:
+    """They were cross coupling, a warm-up, g-sensitivity, a lagging thermometer, or "nothing is missing"."""
+    table, _ = campaign(seed, Hidden(name, channel, STRENGTH), centrifuge=False)
+    found = diagnose(replace(table, **{"acc" if channel.startswith("gyro") else "gyro": None}), SPEC)
+    assert not found.effects
+    assert all(s.expected for s in found.reference_suspects)
+    assert {u.channels for u in found.unknown} == {(channel.replace("acc", "accelerometer"),)}
+    assert {u.varies_with for u in found.unknown} <= set(MIMICS[name][2])
+
+
+@pytest.mark.parametrize(("name", "seed"), [("warm_up", 90004), ("ageing", 90006)])
+@pytest.mark.further(("name", "seed"), [(n, s) for n in LIBRARY for s in (90008, 90009)])
+def test_an_effect_of_the_library_keeps_its_name(name: str, seed: int) -> None:
+    sensors = LIBRARY[name][0]
+    channel = f"{sensors[-1]}_{'xyz'[seed % 3]}"
+    table, _ = campaign(seed, Hidden(name, channel, STRENGTH), centrifuge=False)
+    found = diagnose(replace(table, **{"acc" if channel.startswith("gyro") else "gyro": None}), SPEC)
+    said = {e.effect for e in found.effects} | {r.effect for e in found.effects for r in e.rivals}
+    assert name in said
+    assert not found.unknown
+
+
+def test_levels_that_are_too_many_are_thinned_among_themselves() -> None:
+    """Of 200 rests and 20 rates that were turned once each, quantiles of the rows had nodes at rest alone."""
+    rates = np.linspace(-300.0, 300.0, 20)
+    found = levels(np.concatenate([np.zeros(200), rates]), 1.0, 7)
+    assert len(found) == 7
+    assert np.diff(found).max() < 150.0
+
+
+def test_a_node_that_the_other_power_ons_do_not_reach_is_not_extrapolated_to() -> None:
+    """Twelve power-ons see an end of a line to 1e-3, the last the other: its node was off by hundreds."""
+    rng = np.random.default_rng(5)
+    C = np.zeros((13, 8, 2))
+    C[:12, :, 0] = 1.0
+    C[:12, :, 1] = 1e-3 * rng.normal(size=(12, 8))
+    C[12, :, 1] = 1.0
+    z = 5.0 * C[:, :, 0] + 0.5 * C[:, :, 1] + rng.normal(size=(13, 8))
+    gram, h = np.einsum("gni,gnj->gij", C, C), np.einsum("gni,gn->gi", C, z)
+    assert predicted(gram, h) > 0.8 * 25.0 * 96.0
+
+
+@pytest.mark.parametrize(("sensor", "variable"), [("gyro", "rate"), ("accelerometer", "specific_force")])
+def test_coefficients_that_hide_each_other_are_no_proof_that_nothing_is_there(
+    sensor: Sensor, variable: str
+) -> None:
+    """A polynomial of 23 sigma was refused coefficient by coefficient, and another name took its place."""
+    channel = (f"{sensor}_y",)
+    terms = tuple(FoundTerm(f"y {k}", channel[0], 0.1, -1.0, 1.2, 50.0, "1") for k in range(4))
+    found = FoundEffect("scale_factor_polynomial", sensor, channel, terms, 1e-30, 23.0)
+    stands, falls, rest = told_from_zero([found])
+    assert not stands
+    assert not falls
+    assert [(u.varies_with, u.channels) for u in rest] == [(variable, channel)]
+    faint = replace(found, strength=6.0)
+    assert [r.effect for r in told_from_zero([faint])[1]] == ["scale_factor_polynomial"]
