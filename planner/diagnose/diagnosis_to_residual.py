@@ -13,7 +13,8 @@ from planner.campaign.channel_model import channel_model
 from planner.diagnose.channels.channel import channel, columns
 from planner.diagnose.channels.prepared import referenced
 from planner.diagnose.channels.unseen_runs import LEAST_RUNS, Folds, block_folds, cells_of, folds_of
-from planner.diagnose.noise.channel_noise import LEVEL, ChannelNoise, Readings, channel_noise
+from planner.diagnose.noise.channel_noise import ChannelNoise, Readings, channel_noise
+from planner.diagnose.noise.components import LEVEL
 from planner.diagnose.noise.far_rows import drawn, far_rows, scale_scatter
 from planner.diagnose.noise.outliers import FAR_WEIGHT
 from planner.diagnose.weighed_fit import Shapes, Spreads, WeighedFit, weighed_fit

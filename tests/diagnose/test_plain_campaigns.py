@@ -13,7 +13,7 @@ from scipy.special import ndtr
 
 from planner.diagnose.channels.prepared import prepared
 from planner.diagnose.dwells_to_diagnosis import diagnose
-from planner.diagnose.noise.channel_noise import IN_RUN
+from planner.diagnose.noise.components import IN_RUN
 from planner.diagnose.records import another_unit
 from planner.diagnose.records.not_as_said import screened
 from planner.diagnose.search.sensor import diagnose_sensor

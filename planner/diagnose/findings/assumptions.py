@@ -11,14 +11,8 @@ import numpy as np
 from planner import catalog
 from planner.diagnose.channels.prepared import Prepared
 from planner.diagnose.noise.beside_budgets import Part, Seen, seen
-from planner.diagnose.noise.channel_noise import (
-    IN_RUN,
-    LEAST_RUNS,
-    LEVEL,
-    ChannelNoise,
-    Readings,
-    channel_noise,
-)
+from planner.diagnose.noise.channel_noise import LEAST_RUNS, ChannelNoise, Readings, channel_noise
+from planner.diagnose.noise.components import IN_RUN, LEVEL
 from planner.diagnose.noise.outliers import FAR_WEIGHT
 from planner.diagnose.noise.spread_law import SpreadLaw, errors, refused, spread_law
 from planner.diagnose.noise.wander import CHANCE, wander

@@ -15,7 +15,7 @@ from planner.diagnose.channels.prepared import Prepared
 from planner.diagnose.hypotheses.candidates import effect_blocks
 from planner.diagnose.hypotheses.estimates import estimates
 from planner.diagnose.hypotheses.pool import Pool
-from planner.diagnose.noise.channel_noise import IN_RUN, IN_RUN_SCALE, LEVEL, draws
+from planner.diagnose.noise.components import IN_RUN, IN_RUN_SCALE, LEVEL, draws
 from planner.diagnose.noise.whitened import Whitened
 from planner.diagnose.references.references import REFERENCES
 from planner.diagnose.search.sensor import SensorFound

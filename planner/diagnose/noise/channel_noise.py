@@ -18,7 +18,7 @@ where they show that (`shown_noise`).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -26,11 +26,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.campaign.channel_model import EXCITING
-from planner.diagnose.channels.channel import Channel, usual_columns
-from planner.diagnose.channels.orthogonal import clear, orthonormal
+from planner.diagnose.channels.channel import Channel
 from planner.diagnose.channels.unseen_runs import cells_of
-from planner.measurement import sensed
+from planner.diagnose.noise.components import (
+    drawn_of_power_ons,
+    finest,
+    indicators,
+    is_level,
+    own_of_rows,
+    random_effects,
+)
 from planner.nouns.array import Array
 from planner.solvers.block_covariance import BlockCovariance
 from planner.solvers.group_batches import sums_of_groups
@@ -41,12 +46,6 @@ from planner.solvers.reml_beside import Rough, reml_roughly
 from planner.solvers.restricted_likelihood import Sample, reml_information, restricted_loglik
 
 LEAST_RUNS = 8  # power-ons, from which their spread is a variance: a triad then tells it by 15 degrees
-LEVEL = "run_to_run_bias"  # fixed where power-ons are few
-RATE_NOISE, CROSS_NOISE = "rate_noise", "cross_noise"  # of each record
-LEANS = "misalignment"  # towards the next axis, and the one after it
-IN_RUN = "in_run_bias"  # what moves within power-ons
-IN_RUN_SCALE = "in_run_scale_factor"
-APART = 0.02  # share of a component's length that others must leave, or the rows cannot tell it from them
 ROUGHLY = 1.0  # of the log-likelihood where columns are weighed, which must gain five times as much
 SETTLED = 1e-3  # of the log-likelihood: a decision needs no variance to less than 5 % of its error
 MOST_ROWS = 1000  # for the variances; more rows tell nothing that a campaign's decision needs
@@ -163,7 +162,7 @@ class Readings:
     def fixed(self) -> Array:
         """(n, g − 1) indicators of the runs where these are few: their level is then fixed."""
         few, n = len(self.starts) < self.least_runs, len(self.channel.r)
-        return _indicators(self.starts, n) if few else np.empty((n, 0))
+        return indicators(self.starts, n) if few else np.empty((n, 0))
 
     @property
     def conditions(self) -> Array:
@@ -251,11 +250,10 @@ def _judged(given: Readings) -> Judged:
     c, starts, fixed = given.channel, given.starts, given.fixed
     few = len(starts) < given.least_runs
     alone = len(starts) == len(c.r)  # one row a run: its spread is the noise
-    diagonals = _diagonals(c, given.duration, given.weights)
-    slopes = (
-        {} if alone else {name: z for name, z in _slopes(given).items() if not (few and _level(z, starts))}
-    )
-    effects = replace(_effects(starts, diagonals, slopes), drifts=tuple(given.drifts.values()))
+    diagonals = own_of_rows(c, given.duration, given.weights)
+    drawn = {} if alone else drawn_of_power_ons(c, given.drawn)
+    slopes = {name: z for name, z in drawn.items() if not (few and is_level(z, starts))}
+    effects = replace(random_effects(starts, diagonals, slopes), drifts=tuple(given.drifts.values()))
     rows, firsts = judged_rows(starts, len(c.r))
     within = tuple(d.at(rows) for d in effects.drifts)
     part = RandomEffects(firsts, effects.diagonals[:, rows], effects.slopes[:, rows], within)
@@ -270,18 +268,6 @@ def _judged(given: Readings) -> Judged:
         least,
         given.drawn,
     )
-
-
-def finest(c: Channel) -> float:
-    """What a reading cannot be told finer than: the step of its numbers, or rounding.
-
-    Rows of one condition that have hardly any noise all have the same error of it: what they scatter by is no
-    noise of theirs.
-    """
-    steps = np.diff(np.unique(c.y))
-    step = float(np.min(steps[steps > 0], initial=np.inf))
-    coarse = step if np.isfinite(step) and len(steps) < len(c.y) / 2 else 0.0
-    return float(max(coarse / np.sqrt(12.0), 1e-12 * np.abs(c.y).max(initial=0.0)))
 
 
 def least_freedom(starts: NDArray[np.int64]) -> int:
@@ -345,76 +331,6 @@ def covariance_of_free(information: Array, free: NDArray[np.bool_]) -> Array:
     covariance = np.zeros_like(information)
     covariance[np.ix_(free, free)] = inverse_of(information[np.ix_(free, free)])
     return covariance
-
-
-# ---------------------------------------------------------------- what the noise is made of
-
-
-def _effects(
-    starts: NDArray[np.int64], diagonals: dict[str, Array], slopes: dict[str, Array]
-) -> RandomEffects:
-    n = len(next(iter(diagonals.values())))
-    stacked = np.array([*slopes.values()]) if slopes else np.empty((0, n))
-    return RandomEffects(starts, np.array([*diagonals.values()]), stacked)
-
-
-def _diagonals(c: Channel, duration: Array, weights: Array) -> dict[str, Array]:
-    """The components of each row's own noise that the rows can tell apart, the most usual first."""
-    duration = np.where(duration > 0, duration, 1.0)
-    exciting = (EXCITING[c.sensor] * (1.0 if c.sensor == "gyro" else 6.0)) ** 2
-    found = {"white": duration.mean() / duration}
-    inputs = {RATE_NOISE: c.u**2, CROSS_NOISE: c.across**2}
-    other = {name: x for name, x in inputs.items() if x.max(initial=0.0) > exciting}
-    if duration.max() > 1.5 * duration.min():
-        other["constant"] = np.ones(len(duration))
-    for name, x in other.items():
-        Q = orthonormal(np.array([*found.values()]).T)
-        if np.linalg.norm(clear(Q, x[:, None])) > APART * np.linalg.norm(x):
-            found[name] = x
-    return {name: x / weights for name, x in found.items()}
-
-
-def _slopes(given: Readings) -> dict[str, Array]:
-    c = given.channel
-    found = {LEVEL: np.ones(len(c.r))}
-    if np.ptp(np.abs(c.u)) > EXCITING[c.sensor]:
-        found["run_to_run_scale_factor"] = c.u
-    return found | draws(c, given.drawn)
-
-
-def draws(c: Channel, effects: Iterable[str]) -> dict[str, Array]:
-    """(n,) what each coefficient of some effects adds to a channel, by the name of its spread."""
-    return {drawn_name(e, k): x for e in effects for k, x in enumerate(_terms(c, e), 1)}
-
-
-def drawn_name(effect: str, k: int) -> str:
-    """Of the spread from power-on to power-on of an effect's k-th coefficient of a channel."""
-    return f"run_to_run_{effect}_{k}"
-
-
-def of_effect(effect: str, components: Iterable[str]) -> list[str]:
-    """The components of a noise that are spreads of an effect's coefficients."""
-    return [c for c in components if c.rpartition("_")[0] == f"run_to_run_{effect}"]
-
-
-def _terms(c: Channel, effect: str) -> list[Array]:
-    """(n,) of every coefficient that the channel reads; of misalignments the next axis, the one after it."""
-    if effect == LEANS:
-        inputs = sensed(c.sensor, c.model.conditions)
-        return [inputs[:, (c.axis + k) % 3] for k in (1, 2)]
-    return usual_columns(c, effect)
-
-
-def _level(z: Array, starts: NDArray[np.int64]) -> bool:
-    """Whether a column is one value in every power-on: beside a level of each it is no own variance."""
-    sizes = np.diff(np.append(starts, len(z)))
-    about = z - np.repeat(np.add.reduceat(z, starts) / sizes, sizes)
-    return bool(np.linalg.norm(about) <= APART * np.linalg.norm(z))
-
-
-def _indicators(starts: NDArray[np.int64], n: int) -> Array:
-    sizes = np.diff(np.append(starts, n))
-    return np.repeat(np.eye(len(starts))[:, 1:], sizes, axis=0)
 
 
 def judged_rows(starts: NDArray[np.int64], n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -15,8 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.noise.channel_noise import (
-    IN_RUN,
-    IN_RUN_SCALE,
     SETTLED,
     ChannelNoise,
     Judged,
@@ -25,6 +23,7 @@ from planner.diagnose.noise.channel_noise import (
     noise_of,
     without_zeros,
 )
+from planner.diagnose.noise.components import IN_RUN, IN_RUN_SCALE
 from planner.nouns.array import Array
 from planner.solvers.distributions import chi_square_tail
 from planner.solvers.random_effects import RandomEffects

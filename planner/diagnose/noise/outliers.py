@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from planner.diagnose.channels.channel import Channel
 from planner.diagnose.channels.orthogonal import clear
-from planner.diagnose.noise.channel_noise import finest
+from planner.diagnose.noise.components import finest
 from planner.diagnose.noise.whitened import SEEN
 from planner.nouns.array import Array
 from planner.solvers.distributions import student_quantile

@@ -20,10 +20,7 @@ from numpy.typing import NDArray
 
 from planner.diagnose.channels.orthogonal import clear, explained, orthonormal
 from planner.diagnose.noise.channel_noise import (
-    IN_RUN,
-    IN_RUN_SCALE,
     LEAST_RUNS,
-    RATE_NOISE,
     SETTLED,
     TOLD,
     ChannelNoise,
@@ -32,6 +29,7 @@ from planner.diagnose.noise.channel_noise import (
     judged_rows,
     without_zeros,
 )
+from planner.diagnose.noise.components import IN_RUN, IN_RUN_SCALE, RATE_NOISE
 from planner.diagnose.noise.weighed_columns import Weighed, weighed
 from planner.diagnose.noise.whitened import Whitened
 from planner.nouns.array import Array

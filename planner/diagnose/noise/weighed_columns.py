@@ -10,14 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.channels.orthogonal import clear, orthonormal
-from planner.diagnose.noise.channel_noise import (
-    ROUGHLY,
-    TOLD,
-    Judged,
-    Readings,
-    judged_rows,
-    least_freedom,
-)
+from planner.diagnose.noise.channel_noise import ROUGHLY, TOLD, Judged, Readings, judged_rows, least_freedom
 from planner.diagnose.noise.whitened import of_means
 from planner.nouns.array import Array
 from planner.solvers.block_covariance import BlockCovariance

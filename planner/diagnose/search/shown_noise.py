@@ -23,7 +23,8 @@ import numpy as np
 
 from planner import catalog
 from planner.diagnose.hypotheses.candidates import Block
-from planner.diagnose.noise.channel_noise import CROSS_NOISE, LEANS, LEAST_RUNS, Readings, draws
+from planner.diagnose.noise.channel_noise import LEAST_RUNS, Readings
+from planner.diagnose.noise.components import CROSS_NOISE, LEANS, draws
 from planner.diagnose.noise.wander import (
     LEAST_TO_WANDER,
     PROMISED,

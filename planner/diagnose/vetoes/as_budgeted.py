@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from planner.diagnose.channels.channel import Channel, usual_columns
 from planner.diagnose.channels.orthogonal import clear, explained, orthonormal
 from planner.diagnose.hypotheses.found import Found
-from planner.diagnose.noise.channel_noise import LEAST_RUNS, ChannelNoise, of_effect
+from planner.diagnose.noise.channel_noise import LEAST_RUNS, ChannelNoise
+from planner.diagnose.noise.components import of_effect
 from planner.diagnose.noise.whitened import SEEN, Whitened, log_p
 from planner.nouns.array import Array
 from planner.spec.budget import ErrorBudget

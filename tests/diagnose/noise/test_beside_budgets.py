@@ -9,7 +9,7 @@ import pytest
 
 from planner.diagnose.channels.prepared import prepared
 from planner.diagnose.noise.beside_budgets import LARGEST, seen, thinned
-from planner.diagnose.noise.channel_noise import LEVEL
+from planner.diagnose.noise.components import LEVEL
 from planner.diagnose.noise.whitened import Whitened
 from planner.diagnose.search.sensor import SensorFound, diagnose_sensor
 from planner.nouns.array import Array

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from planner.diagnose.channels.prepared import prepared
-from planner.diagnose.noise.channel_noise import LEVEL
+from planner.diagnose.noise.components import LEVEL
 from planner.diagnose.search.sensor import SensorFound, begin, diagnose_sensor
 from planner.dwells.table_rows import rows_of
 from planner.nouns.dwell_table import DwellTable

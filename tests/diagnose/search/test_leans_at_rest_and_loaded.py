@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.diagnose.channels.prepared import prepared
-from planner.diagnose.noise.channel_noise import LEANS, drawn_name
+from planner.diagnose.noise.components import LEANS, drawn_name
 from planner.diagnose.search.sensor import begin, diagnose_sensor
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable

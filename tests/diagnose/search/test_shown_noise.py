@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.diagnose.channels.prepared import prepared
-from planner.diagnose.noise.channel_noise import IN_RUN, IN_RUN_SCALE, LEANS, LEVEL, drawn_name
+from planner.diagnose.noise.components import IN_RUN, IN_RUN_SCALE, LEANS, LEVEL, drawn_name
 from planner.diagnose.search.sensor import begin, diagnose_sensor
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
