@@ -172,7 +172,7 @@ def test_what_every_gyro_has_for_itself_is_no_bending_arm(hidden: str, seed: int
 def test_the_campaign_of_a_plan_gives_no_alarm(name: str, seed: int) -> None:
     """Six power-ons: walks of 6 sigma had been effects of time, misalignments of each power-on curves over
     temperature and rate of 17 sigma and a mounting, and levels of power-ons an in-run twice its budget; what
-    the spec lets wander a thermal lag of 11, in seven of 29 seeds an effect, a variable or a table's rate.
+    the spec lets wander a thermal lag of 11, in ten of 29 seeds an effect, a variable or a table's rate.
     Of two power-ons at one temperature one was off, by what no other said to a thirtieth.
     What wanders in 2000 s was held against a budget of 600 s, of which half as much makes the same steps.
     """
