@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+import yaml
 
 from planner.diagnose.diagnosis_to_residual import residual_changes, unit_fits
 from planner.diagnose.dwells_to_diagnosis import diagnose
@@ -14,7 +15,7 @@ from planner.protocols import Sensor
 from tests.diagnose.labs.shapes import Hidden
 from tests.diagnose.labs.unit import campaign
 from tests.diagnose.noise.test_few_rows import some
-from tests.specs import shipped
+from tests.specs import SHIPPED, loaded
 
 ROSE = ResidualChange("", "deg/s", 1.0, 0.9, 1.1, 1.1, 1.0, 1.2, 0.5, 0.6, 0.4, 600, 90, True, "five folds")
 
@@ -66,11 +67,17 @@ def test_an_effect_of_the_bench_leaves_no_variable_of_a_sensor() -> None:
     ("seed", "name"), [(98021, "g_squared_sensitivity"), (98023, "vibration_rectification")]
 )
 def test_rests_held_out_say_nothing_of_what_only_the_centrifuge_shows(seed: int, name: str) -> None:
-    """Its power-ons had no repeat and were in every fit: the rests rose by a thousandth, and a name went."""
+    """Its power-ons had no repeat and were in every fit: the rests rose by a thousandth, and a name went.
+
+    Misalignments stay what they are in this lab, and its spec says so: with 0.003 deg that every power-on may
+    draw, 2.6 mg at 50 g, thirty power-ons do not tell the square of the force from these.
+    """
     channel = "xyz"[seed % 3]
     table, _ = campaign(seed, Hidden(name, f"acc_{channel}", 25.0))
     table = replace(some(table, 30), gyro=None)
-    spec = shipped("small_uav").spec
+    tree = yaml.safe_load((SHIPPED / "small_uav.yaml").read_text())
+    tree["unit"]["accelerometer"]["misalignment"] = {"systematic": "0.5 deg", "run_to_run": "1e-5 deg"}
+    spec = loaded(tree).spec
     said = diagnose(table, spec)
     assert said.effects
     (change,) = (

@@ -36,6 +36,13 @@ def sets_of(day: Array, first_day: bool) -> tuple[NDArray[np.bool_], list[Span]]
     return np.array([there for there, _ in sets]), [span for _, span in sets]
 
 
+def sums_over(sets: NDArray[np.bool_], each: Array) -> Array:
+    """(w, …) sums of what each power-on says (g, …) over sets of such as follow each other, (w, g)."""
+    first, count = np.argmax(sets, axis=1), np.count_nonzero(sets, axis=1)
+    before = np.concatenate([np.zeros((1, *each.shape[1:])), np.cumsum(each, axis=0)])
+    return np.asarray(before[first + count] - before[first])
+
+
 def most(delta: Array, spans: Sequence[Span]) -> int:
     """The set but the first that explains most (w,): from one power-on on, unless another does better."""
     which = np.array(spans)

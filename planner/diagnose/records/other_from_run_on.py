@@ -35,7 +35,7 @@ from planner.diagnose.noise.channel_noise import LEAST_RUNS as LEAST_RUNS_OF_A_S
 from planner.diagnose.noise.channel_noise import ChannelNoise
 from planner.diagnose.noise.shares import freedom_of
 from planner.diagnose.noise.whitened import log_p
-from planner.diagnose.records.changed_power_ons import LEAST_RUNS, Span, most, said, sets_of
+from planner.diagnose.records.changed_power_ons import LEAST_RUNS, Span, most, said, sets_of, sums_over
 from planner.diagnose.records.channels_agree import CHANCE, agree
 from planner.diagnose.records.size_within_power_ons import SEEN, size_within_power_ons
 from planner.diagnose.references.bench_directions import at_rest, horizontal, loaded, through_the_unit
@@ -310,8 +310,7 @@ def _sums(kind: _Kind, s: SensorFound, axis: int, sets: NDArray[np.bool_]) -> _S
     W, Q, z = _rows(kind, s, axis)
     drawn = w.noise.covariance.effects.drawn
     each = drawn(W, W), drawn(Q, W), drawn(W, z[:, None])[:, :, 0]
-    chosen = sets.astype(float)
-    square, along, h = (np.tensordot(chosen, x, axes=1) for x in each)
+    square, along, h = (sums_over(sets, x) for x in each)
     before = np.trace(square, axis1=1, axis2=2)
     gram = square - np.swapaxes(along, 1, 2) @ along
     told = np.trace(gram, axis1=1, axis2=2) > LEFT * before
