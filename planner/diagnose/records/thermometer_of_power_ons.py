@@ -58,6 +58,8 @@ WIDE_K = 8.0  # beside it, where a channel that says another one may have its ow
 SEVERAL = 3  # channels that must say it by themselves: two accelerometers that stood crooked did
 LEFT = 1.5  # of the noise's square, that curves may leave of a channel: four power-ons of another unit left 4
 GLIMPSED = 1e-6  # p of the slopes, below which S is asked over offsets
+WITHIN_K = 1.0  # of a chamber's point: beyond the others' last one nothing is known of a curve
+POINTS = 2  # of the power-ons, between those of the others: one may be met by chance
 RANK = 1e-11  # of the largest direction of columns of one length
 Which = Span | str  # a span of power-ons, or a bench by its name
 
@@ -145,11 +147,24 @@ def thermometer_of_power_ons(
         return None
     if not agree_on_one(sized.falls, sized.apart, CHANCE / len(sets)):
         return None
+    if not _come_again(table.temperature_degc, _rows_of(sets[k], data) > 0.0, sized.value):
+        return None
     told = tuple(c.name for c, fall in zip(fit.channels, sized.falls, strict=True) if fall > CHI2_95)
     return OffThermometer(
         table.run[data.starts[sets[k]]], which[k], sized.value, sized.half, told,
         float(np.sqrt(max(sized.falls.sum(), 0.0))), max((b.temperature for b in benches), default=0.0),
     )  # fmt: skip
+
+
+def _come_again(temperature: Array, here: NDArray[np.bool_], offset: float) -> bool:
+    """Whether two points of the power-ons, or their only one, are, put right, between those of the others.
+
+    A campaign that goes from cold to hot once has none: the hot end pushed out by 24 K is another bend of
+    every curve, and six channels of a plan's own campaign had it.
+    """
+    others, points = temperature[~here], temperature_nodes(temperature[here] - offset)
+    between = (points >= others.min() - WITHIN_K) & (points <= others.max() + WITHIN_K)
+    return bool(np.count_nonzero(between) >= min(POINTS, len(points)))
 
 
 def sized_again(one: OffThermometer, found: Sequence[SensorFound], data: Prepared) -> OffThermometer:
