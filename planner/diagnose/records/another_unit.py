@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from planner.diagnose.channels.prepared import LEAST_OF_MANY
 from planner.diagnose.channels.read_temperature import STILL_K_S
 from planner.diagnose.noise.whitened import log_p
-from planner.diagnose.records.another_unit_at_rest import another_at_rest
+from planner.diagnose.records.another_unit_at_rest import another_at_rest, few_at_rest
 from planner.diagnose.records.leans_change import leans_change
 from planner.diagnose.records.mounted_anew import mounted_anew, scaled_anew
 from planner.diagnose.references.bench_directions import at_rest, horizontal, loaded
@@ -125,8 +125,12 @@ def _at_rest(table: DwellTable, kept: NDArray[np.bool_]) -> AnotherUnit | None:
     if len(rows.order) == 0:
         return None
     north = horizontal(table.conditions().at(rows.order))[0]
-    found = another_at_rest(table.acc[rows.order], table.ref_acc[rows.order], rows.run, north)
-    return None if found is None else _said(rows, *found, "misalignments of the accelerometers")
+    seen = table.acc[rows.order], table.ref_acc[rows.order], rows.run, north
+    found = another_at_rest(*seen)
+    if found is not None:
+        return _said(rows, *found, "misalignments of the accelerometers")
+    few = few_at_rest(*seen, rows.temperature)
+    return None if few is None else _said_of_a_few(rows, *few)
 
 
 def channels_of(table: DwellTable) -> tuple[str, ...]:
@@ -166,6 +170,22 @@ def _said(rows: _Rows, p: float, best: int, others: str, span: tuple[int, int] |
     note = (
         f"from run {first} on {others} are others: rows of another unit, or this one mounted anew or after a "
         f"shock; {int(out.sum())} rows are not judged"
+    )
+    return AnotherUnit(~out, suspect, note)
+
+
+def _said_of_a_few(rows: _Rows, p: float, runs: NDArray[np.int64]) -> AnotherUnit:
+    """runs: 0 …; what was moved between them is the same unit's."""
+    table, first, last = rows.table, int(rows.number[runs[0]]), int(rows.number[runs[-1]])
+    out = (table.run >= first) & (table.run <= last)
+    suspect = ReferenceSuspect(
+        "mixed_units", float(first), float(first), float(first), "run", channels_of(table),
+        float(np.exp(max(p, -700.0))), float("inf"),
+        f"compare the serial numbers of runs {first} to {last} with those before and behind", float("inf"),
+    )  # fmt: skip
+    note = (
+        f"in runs {first} to {last} misalignments of the accelerometers are others: rows of another unit; "
+        f"{int(out.sum())} rows are not judged"
     )
     return AnotherUnit(~out, suspect, note)
 

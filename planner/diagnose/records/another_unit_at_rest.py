@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from planner.diagnose.channels.orthogonal import about_means, clear, orthonormal
 from planner.diagnose.records.leans_change import leans_change
+from planner.diagnose.records.leans_of_a_few import few_in_turn
 from planner.nouns.array import Array
 
 ANOTHER = 1e-9  # p of all channels' leans together, over all places
@@ -34,14 +35,24 @@ def another_at_rest(y: Array, u: Array, run: NDArray[np.int64], north: Array) ->
     each = np.array([leans_change(y[:, a], u, a, run) for a in range(3)])
     place = int(np.argmin(each.sum(axis=0)))
     found, weakest = float(each[:, place].sum() + np.log(runs)), float(each[:, place].max() + np.log(runs))
-    if found > np.log(ANOTHER) or weakest > np.log(EACH) or not _is_no_bench(y, u, run, north, place):
+    if found > np.log(ANOTHER) or weakest > np.log(EACH) or not _is_no_bench(y, u, run, north, run > place):
         return None
     return found, place
 
 
-def _is_no_bench(y: Array, u: Array, run: NDArray[np.int64], north: Array, place: int) -> bool:
+def few_at_rest(
+    y: Array, u: Array, run: NDArray[np.int64], north: Array, temperature: Array
+) -> tuple[float, NDArray[np.int64]] | None:
+    """Log p and the few power-ons in turn (0 … runs − 1) that are another unit's; temperature: (n,) °C."""
+    few = few_in_turn(y, u, run, temperature)
+    if few is None or few.log_p > np.log(ANOTHER) or few.weakest > np.log(EACH):
+        return None
+    return (few.log_p, np.flatnonzero(few.there)) if _is_no_bench(y, u, run, north, few.there[run]) else None
+
+
+def _is_no_bench(y: Array, u: Array, run: NDArray[np.int64], north: Array, there: NDArray[np.bool_]) -> bool:
     """Whether neither a rotation nor a tilt, common to the channels, explains how the leans change."""
-    later = (run > place)[:, None]
+    later = there[:, None]
     turned = np.stack([np.cross(e, u) for e in np.eye(3)], axis=2)  # (n, 3, 3): channel, angle
     tilted = np.stack([north, np.cross(north, u / np.linalg.norm(u, axis=1, keepdims=True))], axis=2)
     leans, shared, left = [], [], []

@@ -11,6 +11,7 @@ from planner.diagnose.hypotheses.found import Found, on
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, MOST_OF_BOTH, STAYS
 from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.vetoes.as_budgeted import as_budgeted
+from planner.diagnose.vetoes.curve_between_nodes import as_bent
 from planner.diagnose.vetoes.own_noise import stands_in_own_noise
 from planner.diagnose.vetoes.verdicts import (
     OF_A_TABLE,
@@ -32,7 +33,8 @@ DRAWN = (
 )
 WALKED = "the walk in store that the spec budgets explains it as well"
 WANDERED = "what the spec lets wander within a power-on explains it as well"
-AS_THE_SPEC_SAYS = (DRAWN, WALKED, WANDERED)
+BENT = "the curve over temperature that the spec lets a table miss between its nodes explains it as well"
+AS_THE_SPEC_SAYS = (DRAWN, WALKED, WANDERED, BENT)
 
 
 def refusals(found: Found, starts: NDArray[np.int64], budgets: Mapping[str, ErrorBudget]) -> tuple[Veto, ...]:
@@ -59,7 +61,8 @@ def _refused(
     veto = None if found.pool.blocks[b].reference else vetoed(found, b, starts)
     if veto is None and _is_noise(found, b):
         veto = Veto(b, NOISE)
-    for why, explained in ((DRAWN, as_budgeted), (WALKED, as_walked), (WANDERED, as_wandered)):
+    by_spec = ((DRAWN, as_budgeted), (WALKED, as_walked), (WANDERED, as_wandered), (BENT, as_bent))
+    for why, explained in by_spec:
         if veto is None and explained(found, b, starts, budgets):
             veto = Veto(b, why)
     return veto
