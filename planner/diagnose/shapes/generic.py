@@ -136,7 +136,7 @@ def _rate(c: Channel, table: DwellTable) -> list[Array]:
 
 
 def _turned(c: Channel) -> list[Array]:
-    """What a turn adds to an accelerometer other than by its square, which is a lever arm: moduli, signs.
+    """What a turn adds to an accelerometer other than by its square, which is a lever arm.
 
     Bins of how fast it turns are on tables alone. On an arm the rate is the root of the load, and they would
     follow every curve of that.
@@ -146,7 +146,7 @@ def _turned(c: Channel) -> list[Array]:
     if not np.any(size > REST_RATE):
         return []
     on_a_table = np.where(np.linalg.norm(force, axis=1) < _LOADED, size, 0.0)
-    return [size[:, None], np.abs(rate), rate, _hats(on_a_table, REST_RATE, MOST_LEVELS)]
+    return [size[:, None], np.abs(rate), _hats(on_a_table, REST_RATE, MOST_LEVELS)]
 
 
 def _orientation(c: Channel, table: DwellTable) -> list[Array]:
