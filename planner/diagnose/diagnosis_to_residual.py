@@ -224,6 +224,8 @@ def _change(
         record=record,
         split=folds.split if held_out else "none",
         foreseen=float(np.linalg.norm(moved / np.sqrt(expected[rows]))),
+        falls=_squares(left["before"][rows], group[rows], np.sqrt(expected[rows]))
+        - _squares(left["after"][rows], group[rows], np.sqrt(expected[rows])),
     )
 
 
@@ -348,8 +350,13 @@ def _within(residual: Array, group: NDArray[np.int64], sigma: Array | float = 1.
     freedom = len(residual) - len(np.unique(group))
     if freedom < 1:
         return float("nan")
+    return float(np.sqrt(_squares(residual, group, sigma) / freedom))
+
+
+def _squares(residual: Array, group: NDArray[np.int64], sigma: Array | float) -> float:
+    """Sum of squares about the weighed mean of each group, in units of sigma."""
     left = _about_means(residual[:, None], group, np.power(sigma, -2.0))[:, 0] / sigma
-    return float(np.sqrt(left @ left / freedom))
+    return float(left @ left)
 
 
 def noise_floor(residual: Array, group: NDArray[np.int64], cells: NDArray[np.int64]) -> tuple[float, float]:

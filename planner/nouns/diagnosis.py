@@ -167,6 +167,7 @@ class ResidualChange:
     white: noise of a record at rest; stray: share of the input that adds to it; record: mean duration, s
     how: how it was held out, in words; held_out: False when nothing could be; split: what was held out
     foreseen: sigma that what was found is to move these rows by within runs; inf: not known
+    falls: of the sum of squares within runs, each row in units of its own noise; NaN: not known
     """
 
     channel: str
@@ -192,6 +193,7 @@ class ResidualChange:
     record: float = float("nan")
     split: Split = "runs"
     foreseen: float = float("inf")
+    falls: float = float("nan")
 
 
 @dataclass(frozen=True)

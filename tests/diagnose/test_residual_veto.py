@@ -11,6 +11,7 @@ from planner.diagnose.diagnosis_to_residual import residual_changes, unit_fits
 from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.diagnose.evidence_veto import refused_by_residual
 from planner.nouns.diagnosis import FoundEffect, FoundTerm, ResidualChange, UnitDiagnosis, Unknown
+from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Sensor
 from tests.diagnose.labs.shapes import Hidden
 from tests.diagnose.labs.unit import campaign
@@ -86,4 +87,37 @@ def test_rests_held_out_say_nothing_of_what_only_the_centrifuge_shows(seed: int,
     assert change.within_after == pytest.approx(change.within_before, rel=0.01)
     rose = replace(change, within_after=1.001 * change.within_before, after=1.001 * change.before)
     assert not refused_by_residual(said, [rose])[1]
-    assert refused_by_residual(said, [replace(rose, foreseen=5.0)])[1]
+    assert refused_by_residual(said, [replace(rose, foreseen=5.0, falls=-5.0)])[1]
+
+
+def _change(table: DwellTable, said: UnitDiagnosis) -> ResidualChange:
+    """Of gyro y, with what is said of it."""
+    changes = residual_changes(unit_fits(table, shipped("small_uav").spec, said))
+    return next(r for r in changes if r.channel == "gyro_y")
+
+
+@pytest.mark.parametrize("seed", [98041, 98042, 98043])
+def test_squares_over_the_noise_of_each_row_fall_where_a_name_is_right(seed: int) -> None:
+    """By about what is foreseen, E² give or take 2 E; beside turns of ten times the noise the name stands."""
+    table, _ = campaign(seed, Hidden("g_sensitivity", "gyro_y", 12.0))
+    said = UnitDiagnosis("u", "explained", (_g_sensitivity(),), (), (), (), (), ())
+    change = _change(table, said)
+    assert change.foreseen > 5.0
+    assert change.falls == pytest.approx(change.foreseen**2, abs=6.0 * change.foreseen)
+    loud = replace(change, after=1.0005 * change.before, within_after=1.0005 * change.within_before)
+    assert not refused_by_residual(said, [loud])[1]
+    worse = replace(change, after=1.05 * change.before, within_after=1.05 * change.within_before)
+    assert refused_by_residual(said, [worse])[1]
+
+
+def test_they_rise_where_a_name_follows_noise() -> None:
+    said = UnitDiagnosis("u", "explained", (_g_sensitivity(),), (), (), (), (), ())
+    changes = [_change(campaign(seed)[0], said) for seed in (98044, 98045, 98046, 98047)]
+    assert sum(c.falls for c in changes) < 0.0
+    for c in changes:
+        assert c.falls == pytest.approx(-(c.foreseen**2), abs=6.0 * c.foreseen)
+
+
+def _g_sensitivity() -> FoundEffect:
+    term = FoundTerm("yy", "gyro_y", 1.0, 0.5, 1.5, 30.0, "deg/s/g")
+    return FoundEffect("g_sensitivity", "gyro", ("gyro_y",), (term,), 1e-30, 12.0)

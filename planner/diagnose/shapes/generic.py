@@ -127,12 +127,26 @@ def _rate(c: Channel, table: DwellTable) -> list[Array]:
     And the moduli along the axes, few: a square of the library follows the modulus of another axis roughly.
     """
     if c.sensor != "gyro":
-        return []
+        return _turned(c)
     rate = c.model.conditions.rate
     others = np.concatenate([_hats(rate[:, j], REST_RATE, 7) for j in range(3) if j != c.axis], axis=1)
     own, size = _hats(c.u, REST_RATE, MOST_RATES), np.linalg.norm(rate, axis=1)
     turns = (size > REST_RATE).astype(float)[:, None]
     return [own, _hats(size, REST_RATE, MOST_RATES), others, np.abs(rate), turns]
+
+
+def _turned(c: Channel) -> list[Array]:
+    """What a turn adds to an accelerometer other than by its square, which is a lever arm.
+
+    Bins of how fast it turns are on tables alone. On an arm the rate is the root of the load, and they would
+    follow every curve of that.
+    """
+    rate, force = c.model.conditions.rate, c.model.conditions.specific_force
+    size = np.linalg.norm(rate, axis=1)
+    if not np.any(size > REST_RATE):
+        return []
+    on_a_table = np.where(np.linalg.norm(force, axis=1) < _LOADED, size, 0.0)
+    return [size[:, None], np.abs(rate), _hats(on_a_table, REST_RATE, MOST_LEVELS)]
 
 
 def _orientation(c: Channel, table: DwellTable) -> list[Array]:

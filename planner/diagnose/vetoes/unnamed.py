@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from planner.diagnose.hypotheses.agreement import rests_on
 from planner.diagnose.hypotheses.candidates import LEAST_OF_A_TABLE, Block
 from planner.diagnose.hypotheses.found import SINGLE, Found, Question, keys, on
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, OWN_MISFIT, along, penalty
@@ -31,9 +32,9 @@ def unname_where_unnamed_wins(found: Found, question: Question) -> None:
     for axis in found.pool.axes if told_apart(found.pool) else ():
         mine = found.on({axis})
         before = on(found.pool, found.unknown, {axis})
-        if not mine or any(len(found.pool.blocks[b].columns) > 1 for b in mine):
-            continue
         here = found.without(*mine, *before)
+        if not mine or any(_of_several(found.pool, here, b, axis) for b in mine):
+            continue
         every = {g: score(here, [g]) for g in on(found.pool, question.generic, {axis})}
         scores = {g: s.criterion for g, s in every.items() if s.log_p < np.log(SINGLE)}
         best = max(scores, key=lambda g: scores[g], default=None)
@@ -46,6 +47,16 @@ def unname_where_unnamed_wins(found: Found, question: Question) -> None:
             found.stands_for(best, mine, question)
             found.library = [b for b in found.library if b not in mine]
             found.unknown = [*(u for u in found.unknown if u not in before), best]
+
+
+def _of_several(pool: Pool, here: Pool, b: int, axis: int) -> bool:
+    """Whether a block is of more channels than one, as what is wrong with a bench is, and others see it.
+
+    A lever arm along x is hardly more than squares of the rates on accelerometer x, where nothing turns about
+    tilted axes. Another curve of that one's over the rate was called so, since no other channel contradicts.
+    """
+    block = pool.blocks[b]
+    return len(block.columns) > 1 and (block.reference or not rests_on(here, b, {axis}))
 
 
 def _criterion(here: Pool, blocks: Sequence[int]) -> float:
