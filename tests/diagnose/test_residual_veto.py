@@ -16,7 +16,7 @@ from planner.protocols import Sensor
 from tests.diagnose.labs.shapes import Hidden
 from tests.diagnose.labs.unit import campaign
 from tests.diagnose.noise.test_few_rows import some
-from tests.specs import SHIPPED, loaded
+from tests.specs import SHIPPED, loaded, shipped
 
 ROSE = ResidualChange("", "deg/s", 1.0, 0.9, 1.1, 1.1, 1.0, 1.2, 0.5, 0.6, 0.4, 600, 90, True, "five folds")
 
