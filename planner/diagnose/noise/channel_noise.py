@@ -179,11 +179,11 @@ class Readings:
         """
         rows, firsts = judged_rows(self.starts, len(self.channel.r))
         declared, *blocks, fixed = (x[rows] for x in (self.declared, *self.blocks, self.fixed))
-        for parts in (blocks, [self.conditions[rows]] if blocks else []):
-            full = factors(np.column_stack([declared, *parts, fixed]), TOLD).basis
-            if len(rows) - full.shape[1] >= least_freedom(firsts):
-                return full
-        return factors(np.column_stack([declared, fixed]), 1e-7).basis
+        most = len(rows) - least_freedom(firsts)
+        full = factors(np.column_stack([declared, *blocks, fixed]), TOLD).basis
+        if blocks and full.shape[1] > most:
+            full = factors(np.column_stack([declared, self.conditions[rows], fixed]), TOLD).basis
+        return full if full.shape[1] <= most else factors(np.column_stack([declared, fixed]), 1e-7).basis
 
     @cached_property
     def judged(self) -> Judged:

@@ -19,8 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.noise.whitened import log_p
-from planner.diagnose.records.changed_power_ons import LONGEST, SIDE
+from planner.diagnose.records.changed_power_ons import LONGEST, SIDE, sums_over
 from planner.diagnose.records.leans_change import leans_of_each
+from planner.dwells.table_rows import alike
 from planner.nouns.array import Array
 from planner.temperature_table import temperature_nodes
 from planner.units import STANDARD_GRAVITY_MPS2
@@ -54,9 +55,7 @@ def few_in_turn(y: Array, u: Array, run: NDArray[np.int64], temperature: Array) 
     first = _each(y, u, run, temperature, sets)
     place = int(np.argmin(first[0].sum(axis=0)))
     there = sets[place]
-    face = np.unique(np.round(u / (SAME_FACE * STANDARD_GRAVITY_MPS2)), axis=0, return_inverse=True)[
-        1
-    ].ravel()
+    _, face = alike(np.round(u / (SAME_FACE * STANDARD_GRAVITY_MPS2)))
     kept = np.isin(face, np.intersect1d(face[there[run]], face[~there[run]]))
     number, again = np.unique(run[kept], return_inverse=True)
     mine = there[number]
@@ -87,7 +86,7 @@ def _each(
     """(3, w) log p of every channel, and (3, w) the share of its gain that is left over."""
     mean = np.bincount(run, temperature) / np.bincount(run)
     p = _curve(mean, temperature_nodes(temperature))
-    both = [_channel(y[:, a], u, a, run, p, sets.astype(float)) for a in range(3)]
+    both = [_channel(y[:, a], u, a, run, p, sets) for a in range(3)]
     return np.array([log for log, _ in both]), np.array([left for _, left in both])
 
 
@@ -100,7 +99,7 @@ def _curve(mean: Array, nodes: Array) -> Array:
 
 
 def _channel(
-    y: Array, u: Array, axis: int, run: NDArray[np.int64], p: Array, sets: Array
+    y: Array, u: Array, axis: int, run: NDArray[np.int64], p: Array, sets: NDArray[np.bool_]
 ) -> tuple[Array, Array]:
     """(w,) log p of one channel and what is left over of its gain."""
     x = leans_of_each(y, u, axis, run)
@@ -110,9 +109,9 @@ def _channel(
     told = value > RANK * value.max()
     way = (vector[:, told] / value[told]) @ vector[:, told].T
     v = np.einsum("gp,gi->pi", p, h).ravel()
-    W = np.einsum("sg,gpij->spij", sets, along).reshape(len(sets), k, 2)
-    gram = np.einsum("sg,gij->sij", sets, A) - np.einsum("sqi,qr,srj->sij", W, way, W)
-    rest = np.einsum("sg,gi->si", sets, h) - np.einsum("sqi,qr,r->si", W, way, v)
+    W = sums_over(sets, along).reshape(len(sets), k, 2)
+    gram = sums_over(sets, A) - np.einsum("sqi,qr,srj->sij", W, way, W)
+    rest = sums_over(sets, h) - np.einsum("sqi,qr,r->si", W, way, v)
     value, vector = np.linalg.eigh(gram)
     seen = value > x.least
     square = np.einsum("sij,si->sj", vector, rest) ** 2

@@ -38,7 +38,7 @@ def as_likely(found: Found, b: int, budgeted: Mapping[int, tuple[Array, Whitened
         beside it
     """
     block, s = found.pool.blocks[b], found.share(b)
-    channels = [_walked(found, b, a, *given) for a, given in budgeted.items()]
+    channels = [_beside(found, b, a, *given) for a, given in budgeted.items()]
     unlikely = np.sum([w.unlikely for w, _ in channels], axis=0)
     G, h = (np.sum(x, axis=0) for x in zip(*(w.seen(C) for w, C in channels if C.shape[1]), strict=True))
     explained = np.array([hf @ inverse(Gf) @ hf for Gf, hf in zip(G, h, strict=True)])
@@ -49,19 +49,19 @@ def as_likely(found: Found, b: int, budgeted: Mapping[int, tuple[Array, Whitened
     return bool(log_p(gain, s.m, s.freedom, s.s2) > np.log(SINGLE / looks))
 
 
-def _walked(found: Found, b: int, axis: int, modes: Array, w: Whitened | Cleared) -> tuple[_Walked, Array]:
+def _beside(found: Found, b: int, axis: int, modes: Array, w: Whitened | Cleared) -> tuple[_Budgeted, Array]:
     """A channel and the columns (n, m) of a block there, clear of all else that is believed."""
     pool = found.pool
     others = [pool.blocks[o].columns[axis] for o in found.others(b) if axis in found.axes(o)]
     nothing = np.empty((len(w.z), 0))
     known = orthonormal(np.column_stack([w.Q, w.noise.whiten(np.column_stack([nothing, *others]))]))
     C, K = (clear(known, w.noise.whiten(x)) for x in (pool.blocks[b].columns.get(axis, nothing), modes))
-    return _Walked.of(K, clear(known, w.z)), C
+    return _Budgeted.of(K, clear(known, w.z)), C
 
 
 @dataclass(frozen=True)
-class _Walked:
-    """White rows with a walk of each share of the budget. U: (n, k) orthonormal, K = U s Vᵀ its modes
+class _Budgeted:
+    """White rows with a process of each share of the budget. U: (n, k) orthonormal, K = U s Vᵀ its modes
 
     taken: (f, k) 1 − 1 / (1 + f² s²), of the square along U; unlikely: (f,) −2 log L without anything else
     """
@@ -72,7 +72,7 @@ class _Walked:
     unlikely: Array
 
     @classmethod
-    def of(cls, K: Array, z: Array) -> _Walked:
+    def of(cls, K: Array, z: Array) -> _Budgeted:
         """K: (n, k) modes times the budget's sigma; z: (n,)."""
         U, s, _ = np.linalg.svd(K, full_matrices=False)
         grown = (SHARES[:, None] * s) ** 2
@@ -80,7 +80,7 @@ class _Walked:
         return cls(z, U, taken, np.log1p(grown).sum(axis=1) - taken @ (U.T @ z) ** 2)
 
     def seen(self, C: Array) -> tuple[Array, Array]:
-        """(f, m, m) CᵀC and (f, m) Cᵀz of columns C (n, m), in white of rows and walk together."""
+        """(f, m, m) CᵀC and (f, m) Cᵀz of columns C (n, m), in white of rows and process together."""
         B, along = self.U.T @ C, self.U.T @ self.z
         weighed = self.taken[:, :, None] * B
         return C.T @ C - np.swapaxes(weighed, 1, 2) @ B, C.T @ self.z - np.swapaxes(weighed, 1, 2) @ along

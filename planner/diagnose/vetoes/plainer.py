@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.diagnose.hypotheses.found import ALIKE, SINGLE, Found, free
-from planner.diagnose.hypotheses.pool import RANK, given, inverse
+from planner.diagnose.hypotheses.pool import RANK, inverse
 from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.noise.whitened import log_p
 from planner.diagnose.vetoes.verdicts import TAIL, is_table, per_power_on
@@ -39,11 +39,19 @@ def plainer(found: Found, library: Sequence[int]) -> None:
 
     And a name in that of another that has it within and is no more.
     """
+    _plainer_names(found, library)
+    _coefficients_for_tables(found, library)
+
+
+def _plainer_names(found: Found, library: Sequence[int]) -> None:
     for b in [b for b in found.library if not is_table(found, b) and not found.pool.blocks[b].reference]:
         c = _within(found, b, library) if b in found.library else None
         if c is not None:
             found.library[found.library.index(b)] = c
             _also_elsewhere(found, found.pool.blocks[b].name, found.pool.blocks[c].name, library)
+
+
+def _coefficients_for_tables(found: Found, library: Sequence[int]) -> None:
     for b in [b for b in found.library if is_table(found, b)]:
         here, whole = found.without(b), found.share(b).delta
         plain = {}
@@ -86,7 +94,7 @@ def _also_elsewhere(found: Found, name: str, plain: str, library: Sequence[int])
 
 def _is_within(found: Found, c: int, explained: float) -> bool:
     """Whether a name says nothing of its own beside everything believed, which explains so much."""
-    return score(given(found.pool, found.all), [c]).delta <= WITHIN * explained
+    return score(found.without(), [c]).delta <= WITHIN * explained
 
 
 @dataclass(frozen=True)
