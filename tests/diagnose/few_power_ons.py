@@ -30,17 +30,19 @@ def few_power_ons(
     tails: float = 0.0,
     share: float = 5e-6,
     hidden: Mapping[str, Hides] = MappingProxyType({}),
+    lean: float = 0.0,
 ) -> DwellTable:
     """One unit. level: spread from power-on to power-on, of the noise; share: of the input that is noise
 
     tails: degrees of freedom of Student's t of the noise, scaled to its variance; 0 is Gaussian
     hidden: `gyro_x` … -> what its reading has beside, of inputs (n, 3) and temperature (n,)
+    lean: of every face, rad about each axis, one sigma, which the table says
     """
     rng = np.random.default_rng([seed, runs, 77])
     rows = [row for run in range(runs) for row in _power_on(run, rng)]
     a = np.array(rows)
     run, day, time_on, duration, t = a[:, 0].astype(np.int64), a[:, 1], a[:, 2], a[:, 3], a[:, 4]
-    rate, force = a[:, 5:8], a[:, 8:11]
+    rate, force = a[:, 5:8], a[:, 8:11] + np.random.default_rng(seed).normal(0.0, lean, (len(a), 3))
 
     def read(u: Array, sensor: str) -> Array:
         """y = (1 + κ)(M u) + b + noise, κ and b curves over temperature, b with a level of every power-on."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -16,11 +16,13 @@ from planner.diagnose.hypotheses.candidates import (
     is_shown,
     lasts,
 )
-from planner.diagnose.hypotheses.estimates import estimates
+from planner.diagnose.hypotheses.estimates import Estimate, estimates
 from planner.diagnose.hypotheses.pool import Pool, given
+from planner.diagnose.hypotheses.within_input import most_of_terms
 from planner.diagnose.noise.channel_noise import LEAST_RUNS, least_freedom
 from planner.diagnose.search.sensor import SensorFound
 from planner.dwells.dwell_columns import SINGLES
+from planner.nouns.conditions import Conditions
 from planner.nouns.diagnosis import NotFound, Untestable
 from planner.protocols import Condition, Effect
 from planner.units import from_si
@@ -33,6 +35,11 @@ FLAT: Mapping[Condition, tuple[str, float]] = {
     "temperature_degc": ("all records are at one temperature", LEAST_K),
 }
 """What is said of a condition that the records do not vary, and by how much it then varies at most."""
+A_LIMIT = 0.1  # of the input, which no error of a unit that is worth calibrating comes to
+BEYOND_INPUT = (
+    "not testable with these records: they hardly drive it, and would miss a tenth of the input and more; "
+    "faces and axes between those of the unit, other rates or loads would test it"
+)
 
 
 def limits(
@@ -42,23 +49,28 @@ def limits(
     pool = s.found.pool
     here = given(pool, s.found.all)
     known = {pool.blocks[b].name for b in s.found.library if not pool.blocks[b].reference}
+    driven = s.channels[0].model.conditions
     not_found, untestable = [], []
     for name, effect in catalog.effects().items():
         if name in declared or name in known or s.sensor not in effect.sensors:
             continue
         why = _impossible(s, effect) or _missing(effect, data) or _unseen(s, data, effect)
-        most = 0.0 if why else _upper(here, effect)
-        if most > 0.0 and np.isfinite(most):
-            not_found.append(NotFound(name, s.sensor, most, effect.units[s.sensor]))
+        each = [] if why else list(_determined(here, effect, driven))
+        within = [abs(e.value) + e.half for e, most in each if abs(e.value) + e.half < A_LIMIT * most]
+        if within and max(within) > 0.0:
+            not_found.append(NotFound(name, s.sensor, max(within), effect.units[s.sensor]))
         else:
-            untestable.append(Untestable(name, s.sensor, why or _why(effect, data, s)))
+            why = why or (BEYOND_INPUT if each else _why(effect, data, s))
+            untestable.append(Untestable(name, s.sensor, why))
     return not_found, untestable
 
 
 def _impossible(s: SensorFound, effect: Effect) -> str:
     """Why an effect is out of the question although something looks like it."""
-    if effect.name not in s.impossible or effect.largest is None:
+    if effect.name not in s.impossible:
         return ""
+    if effect.largest is None:
+        return BEYOND_INPUT
     unit = effect.units[s.sensor]
     most = from_si(effect.largest[s.sensor], unit)
     return f"what looks like it is more than the {most:.3g} {unit} that there can be"
@@ -82,14 +94,11 @@ def _unseen(s: SensorFound, data: Prepared, effect: Effect) -> str:
     return ""
 
 
-def _upper(here: Pool, effect: Effect) -> float:
-    """The largest |γ| + half-width over terms and channels that the data determine; 0 when none."""
-    most = 0.0
+def _determined(here: Pool, effect: Effect, driven: Conditions) -> Iterator[tuple[Estimate, float]]:
+    """Every term on every channel that the data determine, and the most that it can be, SI."""
     for b in _nearest_to_default(here, effect):
-        for e in estimates(here, [b]):
-            if np.isfinite(e.half):
-                most = max(most, abs(e.value) + e.half)
-    return most
+        most = most_of_terms(here.blocks[b], driven)
+        yield from ((e, most[e.term]) for e in estimates(here, [b]) if np.isfinite(e.half))
 
 
 def _nearest_to_default(here: Pool, effect: Effect) -> list[int]:

@@ -28,6 +28,7 @@ from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, along
 from planner.diagnose.hypotheses.nonlinear import refined
 from planner.diagnose.hypotheses.pool import Pool, pool_of
 from planner.diagnose.hypotheses.scores import score
+from planner.diagnose.hypotheses.within_input import most_of_terms
 from planner.diagnose.noise.channel_noise import Readings, channel_noise
 from planner.diagnose.noise.far_rows import drawn, far_rows, scale_scatter
 from planner.diagnose.noise.noise_of_triad import triad_noise
@@ -124,10 +125,10 @@ def diagnose_sensor(
 def _impossible(found: Found) -> list[str]:
     """Effects and references of which more would be needed than there can be, beyond the interval."""
     names = []
+    driven = next(iter(found.pool.state.values())).channel.model.conditions
     for e in estimates(found.pool, found.library):
         block = found.pool.blocks[e.block]
-        most = (hypothesis(block.name).largest or {}).get(block.sensor, np.inf)
-        if abs(e.value) - e.half > most:
+        if abs(e.value) - e.half > most_of_terms(block, driven)[e.term]:
             names.append(block.name)
     return list(dict.fromkeys(names))
 
