@@ -214,6 +214,33 @@ def test_what_is_more_than_the_spec_lets_wander_has_its_name_in_six_power_ons(hi
 
 
 @pytest.mark.parametrize(
+    ("hidden", "seed"),
+    [
+        ("gyro.g_sensitivity=0.02 deg/s/g", 7),
+        ("gyro.misalignment_temperature=0.001 deg/K", 9),
+        ("accelerometer.lever_arm=0.4 m", 8),
+    ],
+)
+@pytest.mark.further(
+    ("hidden", "seed"),
+    [
+        ("gyro.g_sensitivity=0.02 deg/s/g", 9),
+        ("gyro.drift_curve=0.5 deg/s", 8),
+        *(("accelerometer.lever_arm=0.4 m", seed) for seed in (7, 9, 10)),
+    ],
+)
+def test_what_a_plan_of_36_rows_shows_by_its_repeats_is_no_noise(hidden: str, seed: int) -> None:
+    """Two power-ons alike at each temperature: at twenty times its noise it was noise, and all was clean."""
+    unit = load_spec(SHIPPED / "small_uav.yaml")
+    plan = json.loads(plan_text(shipped_plan("small_uav").plan))
+    table, _ = simulate(unit, plan, (hidden,), seed, settings_of(unit.spec))
+    assert len(table) == 36
+    found = diagnose(table, unit.spec)
+    assert {f"{e.sensor}.{e.effect}" for e in found.effects} == {hidden.split("=")[0]}
+    assert found.unknown == found.reference_suspects == found.rows_left_out == ()
+
+
+@pytest.mark.parametrize(
     ("hidden", "seed"), [("vibration_rectification=2e-5 g/g^2", 102), ("cross_coupling=0.02 mg/g^2", 102)]
 )
 @pytest.mark.further(

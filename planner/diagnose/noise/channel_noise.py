@@ -174,15 +174,18 @@ class Readings:
     def spanned(self) -> Array:
         """(m, r) orthonormal columns of the full model, at the rows that tell the variances.
 
-        Of a level of every condition where these are too few for the full; of the declared one where no
-        conditions come again either.
+        Of a level of every condition where these are too few for the full, beside the declared one where
+        they are enough for that: what it leaves of rows made alike is scatter without it too. Of the declared
+        one where no conditions come again either.
         """
         rows, firsts = judged_rows(self.starts, len(self.channel.r))
         declared, *blocks, fixed = (x[rows] for x in (self.declared, *self.blocks, self.fixed))
         most = len(rows) - least_freedom(firsts)
         full = factors(np.column_stack([declared, *blocks, fixed]), TOLD).basis
         if blocks and full.shape[1] > most:
-            full = factors(np.column_stack([declared, self.conditions[rows], fixed]), TOLD).basis
+            conditions = np.column_stack([self.conditions[rows], fixed])
+            full = factors(np.column_stack([declared, conditions]), TOLD).basis
+            full = full if full.shape[1] <= most else factors(conditions, TOLD).basis
         return full if full.shape[1] <= most else factors(np.column_stack([declared, fixed]), 1e-7).basis
 
     @cached_property

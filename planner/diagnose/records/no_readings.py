@@ -85,12 +85,13 @@ def off_their_reference(table: DwellTable, kept: NDArray[np.bool_]) -> list[NoRe
         judged = kept & (size >= least) & np.isfinite(y)
         if judged.sum() < REPEATS:
             continue
-        line = _line(y[judged], u[judged], size[judged])
+        most = FAR_OFF * np.maximum(size, least) + _of_a_lever_arm(table, sensor)
+        line = _line(y[judged], u[judged], most[judged] / FAR_OFF)
         off = np.abs(y - np.column_stack([u, np.ones(len(u))]) @ line)
-        far = judged & (off > FAR_OFF * np.maximum(size, least) + _of_a_lever_arm(table, sensor))
+        far = judged & (off > most)
         if not far.any() or far.sum() > MOST * judged.sum():
             continue
-        far &= ~_alike(far, judged, u, table.run, least)
+        far &= ~_alike(far, judged, _levels(table, sensor), table.run)
         if far.any():
             found.append(NoReading(sensor, axis, far, False))
     return found
@@ -181,7 +182,11 @@ def _ends(y: Array, order: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
 
 
 def _line(y: Array, u: Array, size: Array) -> Array:
-    """(4,) y ≈ m·u + b by least moduli of (y − m·u − b)/|u|, reweighted: half of the rows may be anything."""
+    """(4,) y ≈ m·u + b by least moduli of (y − m·u − b)/size, reweighted: half of the rows may be anything.
+
+    size: (n,) that of which a share may be amiss: turns by which an accelerometer off the axis feels 0.3 g
+    must not tell what rests read
+    """
     step = -(-len(y) // FIT_ROWS)
     X, y, size = np.column_stack([u, np.ones(len(u))])[::step], y[::step], size[::step]
     X, y = X / size[:, None], y / size
@@ -193,12 +198,19 @@ def _line(y: Array, u: Array, size: Array) -> Array:
     return line
 
 
+def _levels(table: DwellTable, sensor: Sensor) -> Array:
+    """(n, k) levels of what drives a sensor, to a tenth: of an accelerometer turns too, which its arm feels."""
+    driven = [] if table.ref_rate is None else [table.ref_rate / LEAST_RATE]
+    if sensor == "accelerometer" and table.ref_acc is not None:
+        driven.append(table.ref_acc / LEAST_FORCE)
+    return np.column_stack([np.sign(u) * np.round(np.log1p(np.abs(u)) / 0.1) for u in driven])
+
+
 def _alike(
-    far: NDArray[np.bool_], judged: NDArray[np.bool_], u: Array, run: NDArray[np.int64], least: float
+    far: NDArray[np.bool_], judged: NDArray[np.bool_], levels: Array, run: NDArray[np.int64]
 ) -> NDArray[np.bool_]:
     """(n,) far rows of an input at which most are far, in more than one power-on: a shape, no accident."""
-    level = np.sign(u) * np.round(np.log1p(np.abs(u) / least) / 0.1)  # to a tenth
-    cell = np.unique(level, axis=0, return_inverse=True)[1].ravel()
+    cell = np.unique(levels, axis=0, return_inverse=True)[1].ravel()
     count, bad = np.bincount(cell, judged), np.bincount(cell, far)
     pairs = np.unique(np.column_stack([cell[far], run[far]]), axis=0)
     runs = np.bincount(pairs[:, 0], minlength=len(count))

@@ -43,6 +43,7 @@ from planner.units import STANDARD_GRAVITY_MPS2
 
 LAGS_S = (60.0, 150.0, 300.0, 600.0)  # a minute to ten, each about twice the one before
 MOST_SCALE = 0.05  # by which gravity or a table's rate may be off: beside a scale factor of -2, 2 would fit
+MOST_TILT = float(np.radians(3.0))  # of a base: turns of which an arm feels a g were one of 70 deg
 ONE_SCALE = 0.005  # 7 % of it: what a drive or gravity that is off by a share adds is the same on each
 ON_THE_ARM, IN_TURNS, TURNING = 0.0, 1.0, 2.0  # where a unit may be mounted another way: in both
 BY_BENCH = frozenset(  # what has places of one bench among several
@@ -120,6 +121,11 @@ def _base_tilt(c: Channel, table: DwellTable, place: float) -> Array:
     axis = np.where(turns, conditions.rate, 0.0) / np.where(size > 0, size, 1.0)
     along = [np.abs(axis[:, [k]]) * np.eye(3)[k] for k in range(3)]
     return through_the_unit(c, [STANDARD_GRAVITY_MPS2 * v for v in (still * north, still * east, *along)])
+
+
+def _hardly_seen(table: DwellTable) -> tuple[Array, Array]:
+    """Bounds of the five coefficients: a base that leans by more is seen to lean."""
+    return np.full(5, -MOST_TILT), np.full(5, MOST_TILT)
 
 
 def _bases(table: DwellTable) -> Sequence[float]:
@@ -201,6 +207,7 @@ REFERENCES: Mapping[str, Reference] = {
             "level the table's base, or measure its tilt with a level and enter it in the reference",
             stated=lambda accuracy: accuracy.level,
             places=_bases,
+            bounds=_hardly_seen,
         ),
         Reference(
             "local_gravity",
