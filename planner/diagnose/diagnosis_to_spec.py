@@ -95,7 +95,7 @@ def _made(
         changes += said
         notes += noted
     edits.settle()
-    wrong = contradicted(diagnosis.found.assumptions)
+    wrong = contradicted(diagnosis.found)
     for assumption in wrong:
         changes += corrected(edits, spec, assumption)
     done = {(a.error, a.part) for a in wrong}

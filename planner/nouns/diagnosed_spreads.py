@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 NOISE, WHITE_OF_1_S = "noise", "white_of_1_s"
 """Error and part of `unit.noise`: N per root hertz scatters the mean of t seconds by N/√t, of one by N."""
+BUDGETED = ("run_to_run", "in_run", WHITE_OF_1_S)
+"""Parts that a diagnosis holds against their budgets, all of a unit together: `budget_exceeded`."""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import pytest
 from planner.diagnose.diagnosis_to_residual import residual_changes, unit_fits
 from planner.errors import InputError
 from planner.export.diagnosis_json import diagnosis_document, diagnosis_text, read_diagnosis
-from planner.nouns.diagnosed_spreads import Assumption
+from planner.nouns.diagnosed_spreads import Assumption, BudgetExceeded
 from planner.nouns.diagnosis import (
     Diagnosis,
     NavigationCost,
@@ -53,7 +53,9 @@ def complete() -> Diagnosis:
         assumptions=(
             Assumption("gyro.bias", "run_to_run", "deg/s", 3e-5, 6e-5, 5e-5, 7e-5, 40.0),
             Assumption("gyro.bias", "in_run", "deg/s", 2e-5, math.nan, math.nan, math.nan, math.nan),
+            Assumption("gyro.scale_factor", "run_to_run", "%", 1e-5, 3e-5, 2e-5, 9e-5, 3.0),
         ),
+        budget_exceeded=(BudgetExceeded("gyro.bias", "run_to_run", 6e-5, 5e-5, 7e-5, 3e-5, "deg/s"),),
     )
     return Diagnosis(
         found=found,
@@ -233,6 +235,7 @@ def test_the_page_tells_all_of_it(page):
         "Rivals that these data do not refuse",
         "the spec&#39;s test static",
         "contradicted",
+        "above, as one of so many is by chance",
         "the data cannot tell",
         "no larger than",
         "every record is of one day",

@@ -19,7 +19,7 @@ from planner.diagnose.noise.wander import CHANCE, wander
 from planner.diagnose.noise.whitened import Whitened
 from planner.diagnose.search.sensor import SensorFound
 from planner.nouns.array import Array
-from planner.nouns.diagnosed_spreads import NOISE, WHITE_OF_1_S, Assumption, BudgetExceeded
+from planner.nouns.diagnosed_spreads import BUDGETED, NOISE, WHITE_OF_1_S, Assumption, BudgetExceeded
 from planner.solvers.distributions import chi_square_quantile
 from planner.solvers.least_squares import least_squares
 from planner.spec.budget import ErrorBudget
@@ -43,13 +43,7 @@ def exceeded(every: Sequence[Assumption]) -> tuple[BudgetExceeded, ...]:
 
     Of a sensor's white noise the noisiest, of a channel or of all: the spec has one density for them.
     """
-    tested = [
-        a
-        for a in every
-        if a.part in ("run_to_run", "in_run", WHITE_OF_1_S)
-        and a.assumed is not None
-        and math.isfinite(a.measured)
-    ]
+    tested = [a for a in every if a.part in BUDGETED and a.assumed is not None and math.isfinite(a.measured)]
     found = [
         BudgetExceeded(a.error, a.part, a.measured, a.low, a.high, a.assumed or 0.0, a.unit, a.channel)
         for a in tested

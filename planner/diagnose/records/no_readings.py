@@ -199,7 +199,7 @@ def _line(y: Array, u: Array, size: Array) -> Array:
 
 
 def _levels(table: DwellTable, sensor: Sensor) -> Array:
-    """(n, k) levels of what drives a sensor, to a tenth: of an accelerometer turns too, which its arm feels."""
+    """(n, k) levels of what drives a sensor, to a tenth: turns too, which an arm makes a force."""
     driven = [] if table.ref_rate is None else [table.ref_rate / LEAST_RATE]
     if sensor == "accelerometer" and table.ref_acc is not None:
         driven.append(table.ref_acc / LEAST_FORCE)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from planner import catalog
-from planner.nouns.diagnosed_spreads import Assumption
+from planner.nouns.diagnosed_spreads import BUDGETED, Assumption
 from planner.nouns.diagnosis import (
     LEAST_P,
     Diagnosis,
@@ -351,16 +351,20 @@ def in_words(m: NextMeasurement) -> str:
 def assumptions_table(found: UnitDiagnosis) -> Table | None:
     """What the spec assumes beside what the data say."""
     known = (a for a in found.assumptions if a.assumed is not None or math.isfinite(a.measured))
+    exceeded = {(b.error, b.part) for b in found.budget_exceeded}
     return table(
         "Spreads that the spec assumes, and what the data say",
         "error | channel | part | assumed | measured | 95 % interval |",
-        map(_assumption_row, known),
+        (_assumption_row(a, (a.error, a.part) in exceeded) for a in known),
     )
 
 
-def _assumption_row(a: Assumption) -> tuple[str, ...]:
+def _assumption_row(a: Assumption, exceeded: bool) -> tuple[str, ...]:
+    """Of a dozen intervals one lies above its budget by chance: the diagnosis says which is beyond that."""
     told = math.isfinite(a.measured)
-    odd = a.assumed is not None and math.isfinite(a.low) and not a.low <= a.assumed <= a.high
+    above = a.assumed is not None and a.low > a.assumed
+    by_chance = above and a.part in BUDGETED and not exceeded
+    odd = above or (a.assumed is not None and a.high < a.assumed)
     return (
         a.error,
         short(a.channel),
@@ -368,7 +372,7 @@ def _assumption_row(a: Assumption) -> tuple[str, ...]:
         NOTHING if a.assumed is None else quantity(a.assumed, a.unit, 3),
         quantity(a.measured, a.unit, 3) if told else "the data cannot tell",
         _interval(a.low, a.high, a.unit) if told else NOTHING,
-        "contradicted" if odd else "",
+        "above, as one of so many is by chance" if by_chance else "contradicted" if odd else "",
     )
 
 

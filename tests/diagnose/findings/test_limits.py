@@ -23,7 +23,7 @@ def leaning(seed: int, product: float = 0.0, lean: float = LEAN) -> DwellTable:
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_regressor_that_hardly_acts_has_no_limit(seed: int) -> None:
-    """As "no larger than 1160 and 1470 mg/g²" of records whose whole input was 1 g; what acts has one, as before."""
+    """As "no larger than 1160 and 1470 mg/g²" of records whose whole input was 1 g; what acts has one."""
     found = diagnose(leaning(seed), SPEC)
     limits = {(n.effect, n.sensor): n.upper_limit for n in found.not_found}
     why = {(u.effect, u.sensor): u.why for u in found.untestable}

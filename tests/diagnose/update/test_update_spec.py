@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.diagnose.diagnosis_to_spec import updated_spec
+from planner.diagnose.findings.assumptions import exceeded
 from planner.diagnose.update.bench_runs import run_of_test
 from planner.diagnose.update.calibration_cost import (
     UNKNOWN,
@@ -47,6 +48,7 @@ def diagnosis(path: Path, *effects, assumptions=(), unknown=(), sha256=None) -> 
         for c in e.channels
     )
     found = UnitDiagnosis("u1", "explained", effects, unknown, (), (), (), tuple(assumptions))
+    found = replace(found, budget_exceeded=exceeded(assumptions))
     digest = load_spec(path).sha256 if sha256 is None else sha256
     return Diagnosis(found, residual, (), (), "0", "x", digest, "a" * 64, "data.csv", 1)
 
@@ -293,8 +295,8 @@ def test_what_is_nothing_at_the_temperature_of_the_room_is_told_at_an_end_of_the
 # ---------------------------------------------------------------- spreads
 
 
-def assumption(assumed, low, measured, high, error="gyro.bias", part="run_to_run"):
-    return Assumption(error, part, "deg/s", assumed, measured, low, high, 50.0)
+def assumption(assumed, low, measured, high, error="gyro.bias", part="run_to_run", chance=1e-6):
+    return Assumption(error, part, "deg/s", assumed, measured, low, high, 50.0, "gyro_x", chance)
 
 
 RUN_TO_RUN = float(np.radians(0.002))
@@ -309,6 +311,14 @@ def test_a_spread_is_replaced_only_where_the_interval_excludes_it():
     assert loaded.spec.unit.gyro["bias"].run_to_run_largest == pytest.approx(2.0 * RUN_TO_RUN, rel=0.01)
     assert loaded.spec.unit.gyro["bias"].power_ons == 51  # 50 degrees of freedom
     assert "instead of 0.002 deg/s" in made.changes[0]
+
+
+def test_what_one_of_so_many_spreads_is_by_chance_replaces_no_budget():
+    """With chance 0.015 `budget_exceeded` does not list it, and `update` wrote it."""
+    above = assumption(RUN_TO_RUN, 1.1 * RUN_TO_RUN, 4.0 * RUN_TO_RUN, 20.0 * RUN_TO_RUN, chance=0.015)
+    assert diagnosis(LOOP, assumptions=(above,)).found.budget_exceeded == ()
+    with pytest.raises(InputError, match="nothing that the spec lacks"):
+        updated(LOOP, assumptions=(above,))
 
 
 def test_a_unit_noisier_than_its_spec_has_its_noise_written_and_one_less_noisy_keeps_it(tmp_path):
