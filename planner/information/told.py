@@ -39,6 +39,7 @@ class Alike:
 
     information: (a, g, b + q, b + q) of a channels; astray: (a, g, b + q, u); degc: (g,) of the kinds
     strayed: family -> (a, g, b + q, b + q) what a chamber's stray makes of its curves, where that is asked
+    beside: the other groups of the same sensor, which may have coefficients in common with this one
     last: what the single campaign tells that was asked last, by its counts
     """
 
@@ -47,6 +48,7 @@ class Alike:
     astray: Array
     degc: Array
     strayed: Mapping[str, Array]
+    beside: list[Alike] = field(default_factory=list, init=False, repr=False, compare=False)
     last: dict[bytes, Told] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
@@ -137,7 +139,7 @@ def alike(channels: Sequence[ChannelKinds], degc: Array) -> list[Alike]:
         driven = shows[which[:, None], which].tobytes()
         unfitted = tuple(t.error for t in c.unfitted)
         groups.setdefault((terms, unfitted, driven, c.sigma.tobytes(), c.references), []).append(c)
-    return [
+    found = [
         Alike(
             tuple(g),
             np.stack([c.information for c in g]),
@@ -147,6 +149,9 @@ def alike(channels: Sequence[ChannelKinds], degc: Array) -> list[Alike]:
         )
         for g in groups.values()
     ]
+    for one in found:
+        one.beside.extend(g for g in found if g is not one and g.first.sensor == one.first.sensor)
+    return found
 
 
 @dataclass(frozen=True)
@@ -214,7 +219,22 @@ def told(group: Alike, counts: Array, tables: Tables | None = None) -> Told:
     return group.last[key]
 
 
-def _told(group: Alike, tables: Tables) -> Told:
+@dataclass(frozen=True)
+class _Equations:
+    """Normal equations of campaigns. M: (a, B, P + q, P + q) of each channel by its own records
+
+    Q: (B, K, b + q, P + q); JQ: (a, B, K, b + q, P + q); repeats: (B, K); places, own: as in Told
+    """
+
+    M: Array
+    Q: Array
+    JQ: Array
+    repeats: Array
+    places: tuple[slice, ...]
+    own: tuple[Array | None, ...]
+
+
+def _equations(group: Alike, tables: Tables) -> _Equations:
     kinds = tables.kinds
     n = np.take_along_axis(tables.counts, kinds, 1)
     nodes, driven = tables.of(group)
@@ -223,16 +243,26 @@ def _told(group: Alike, tables: Tables) -> Told:
     Q, places = _columns(c, tables, group.degc[kinds], nodes, driven)
     P = Q.shape[-1] - q
     own = tuple((driven if x.driven else nodes) if x.tabled else None for x in c.terms)
-    repeats = n[:, :, None, None]
-    JQ = (group.information.take(kinds, axis=1) * repeats) @ Q
+    JQ = (group.information.take(kinds, axis=1) * n[:, :, None, None]) @ Q
     M = np.swapaxes(Q.reshape(B, K * (b + q), P + q), 1, 2) @ JQ.reshape(a, B, K * (b + q), P + q)
     if q:
         M[..., range(P, P + q), range(P, P + q)] += c.sigma**-2.0
     for place, at in zip(places, own, strict=True):
         if at is not None:  # what is no node is told by itself, and by nothing else
             M[..., range(place.start, place.stop), range(place.start, place.stop)] += ~np.isfinite(at)
+    return _Equations(M, Q, JQ, n, places, own)
+
+
+def _told(group: Alike, tables: Tables) -> Told:
+    kinds, c, e = tables.kinds, group.first, _equations(group, tables)
+    M, Q, JQ, places = e.M, e.Q, e.JQ, e.places
+    b, q, repeats = len(c.terms), len(c.sigma), e.repeats[:, :, None, None]
+    P = Q.shape[-1] - q
     if common := shared_places(group, places):
         M = _joined(M, common)
+        for other in group.beside:
+            there = _equations(other, tables)
+            M[_at(M, common)] += _of_shared(there.M, shared_places(other, there.places)).sum(axis=0)
     C, inflated = _inverse(M)
     inflated = _by_coefficients(inflated[..., :P], M[..., :P, :P]) if q else inflated
 
@@ -248,10 +278,10 @@ def _told(group: Alike, tables: Tables) -> Told:
         return np.asarray((np.swapaxes(Q, -1, -2) @ of_kinds @ Q).sum(axis=2))
 
     undetermined = inflated > UNSEEN
-    for i, far in _far_from_nodes(c, kinds, n):
+    for i, far in _far_from_nodes(c, kinds, e.repeats):
         undetermined[:, far, places[i]] = True
     gains, beyond = Gains(C[..., :P, :], felt), Strayed(C[..., :P, :], strayed)
-    return Told(kinds, C[..., :P, :P], C[..., :P, P:], gains, undetermined, places, own, tables, beyond)
+    return Told(kinds, C[..., :P, :P], C[..., :P, P:], gains, undetermined, places, e.own, tables, beyond)
 
 
 def _nodes(group: Alike, counts: Array) -> tuple[Array, Array]:
@@ -319,34 +349,31 @@ def _far_from_nodes(
 
 
 def shared_places(group: Alike, places: Sequence[slice]) -> list[int]:
-    """Columns of the coefficients that all three channels have in common; none where they stand apart."""
-    if len(group.channels) < len(AXES):
+    """Columns of the coefficients that all three channels have in common; none where not all are there."""
+    if sum(len(g.channels) for g in (group, *group.beside)) < len(AXES):
         return []
     return [places[i].start for i, x in enumerate(group.first.terms) if x.shared and not x.tabled]
 
 
-def through_shared(found: Told, R: Array, common: Sequence[int]) -> Array:
-    """(B, S, ρ, ρ) of any two channels, by coefficients that all have; what is undetermined is left out."""
-    seen = ~found.undetermined[0][:, common]  # (B, s)
-    both = seen[:, :, None] & seen[:, None, :]
-    shared = np.where(both, found.covariance[0][:, common][:, :, common], 0.0)
-    across = (R @ found.covariance[:, :, None][..., common]) * seen[:, None, None]
-    weights = np.linalg.pinv(shared, hermitian=True)[:, None]
-    total = across.sum(axis=0)
-    own = (across @ weights @ np.swapaxes(across, -1, -2)).sum(axis=0)
-    return np.asarray(total @ weights @ np.swapaxes(total, -1, -2) - own)
-
-
 def _joined(M: Array, common: Sequence[int]) -> Array:
-    """M (a, B, P, P) of every channel with what the other channels tell of the coefficients they share."""
+    """M (a, B, P, P) of every channel with what the others of its group tell of coefficients they share."""
+    told = _of_shared(M, common)
+    joined = M.copy()
+    joined[_at(M, common)] += told.sum(axis=0) - told
+    return joined
+
+
+def _of_shared(M: Array, common: Sequence[int]) -> Array:
+    """(a, B, s, s) what each channel by itself tells of some coefficients beside its others."""
     own = np.setdiff1d(np.arange(M.shape[-1]), common)
-    s = np.ix_(range(len(M)), range(M.shape[1]), common, common)
     across = M[..., own, :][..., common]
     known, _ = _inverse(M[..., own, :][..., own])
-    told = M[s] - np.swapaxes(across, -1, -2) @ known @ across
-    joined = M.copy()
-    joined[s] += told.sum(axis=0) - told
-    return joined
+    return np.asarray(M[_at(M, common)] - np.swapaxes(across, -1, -2) @ known @ across)
+
+
+def _at(M: Array, common: Sequence[int]) -> tuple[NDArray[np.intp], ...]:
+    """Where the rows and columns of some coefficients are in M (a, B, P, P)."""
+    return np.ix_(range(len(M)), range(M.shape[1]), common, common)
 
 
 def _by_coefficients(inflated: Array, M: Array) -> Array:

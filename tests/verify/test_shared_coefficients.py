@@ -1,4 +1,4 @@
-"""Coefficients that the channels of a sensor have in common, of the bench: the arm's length, in a plan."""
+"""Coefficients that a sensor's channels have in common, of the bench: an arm's length, where it stands."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 from planner.information import in_common, told
 from planner.verify.prediction import Prediction
+from tests.specs import SHIPPED
 from tests.verify.plans import Planned, planned_from
 from tests.verify.test_recount_promise import by_hand, faults_in, prediction
 
@@ -58,6 +60,25 @@ def test_channels_solved_apart_are_found_out(foreseen: Prediction, monkeypatch: 
     monkeypatch.setattr(told, "_joined", lambda M, common: M)
     wrong = faults_in(planned_from(on_an_arm()).document, foreseen)
     assert any("accelerometer.scale_factor, estimate" in where for where in wrong)
+
+
+def off_the_axis() -> dict[str, Any]:
+    """Of the accelerometers only z has its scale factor told at all temperatures: by turns upright."""
+    spec: dict[str, Any] = yaml.safe_load((SHIPPED / "small_uav.yaml").read_text(encoding="utf-8"))
+    rates = {"temperatures": ["-45 degC", "0 degC", "45 degC"], "repeats": 2}
+    fixed = {"static": {"temperatures": ["-45 degC"], "repeats": 2}, "rates": rates}
+    return spec | {"effects": [*spec["effects"], "lever_arm"], "plan": spec["plan"] | {"fixed": fixed}}
+
+
+def test_channels_that_stand_apart_have_one_arm_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each with an arm of its own, a misalignment was promised with 1.1 times its variance."""
+    plan = planned_from(off_the_axis())
+    foreseen = prediction(plan)
+    assert faults_in(plan.document, foreseen) == []
+    monkeypatch.setattr(told, "shared_places", lambda group, places: [])
+    monkeypatch.setattr(in_common, "shared_places", lambda group, places: [])
+    wrong = faults_in(planned_from(off_the_axis()).document, foreseen)
+    assert any(where.startswith("covariance, accelerometer.misalignment") for where in wrong)
 
 
 def test_what_two_channels_owe_to_one_arm_is_found_out(
