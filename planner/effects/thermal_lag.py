@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from planner.effects._channels import ChannelEffect
-from planner.effects._history import lag
+from planner.effects._history import changes, lag
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Group, Parameter, Sensor
@@ -31,6 +31,10 @@ class ThermalLag(ChannelEffect):
     def drive(self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float]) -> Array:
         """T − T_b: (n,) K."""
         return lag(conditions, nonlinear["time_constant"])
+
+    def shows(self, sensor: Sensor, conditions: Conditions) -> bool:
+        """Whether the temperature changes while the unit is on: strays of a soaked chamber tell no lag."""
+        return changes(conditions)
 
 
 EFFECT = ThermalLag()

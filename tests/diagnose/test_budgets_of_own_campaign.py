@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from planner.diagnose.channels.prepared import prepared
 from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.diagnose.findings.assumptions import assumptions, exceeded
 from planner.diagnose.search.sensor import diagnose_sensor
+from planner.export.json import plan_text
 from planner.nouns.diagnosed_spreads import Assumption
 from planner.pipelines.data import simulate
 from planner.simulate.settings import settings_of
 from planner.spec.load import LoadedSpec, load_spec
+from tests.shipped_plans import shipped_plan
 from tests.specs import SHIPPED
 
 TACTICAL = load_spec(SHIPPED / "tactical_leg.yaml")
@@ -74,3 +78,20 @@ def test_power_ons_that_draw_alike_by_chance_are_no_other_reference(name: str, s
     unit = load_spec(SHIPPED / f"{name}.yaml")
     table, _ = simulate(unit, None, (), seed, settings_of(unit.spec))
     assert diagnose(table, unit.spec).reference_suspects == ()
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.further("seed", [4, 5])
+def test_a_unit_that_is_mounted_crooked_in_one_of_six_power_ons_exceeds_its_misalignment(seed: int) -> None:
+    """By a degree, in the spec's own plan: of two made alike nobody knows which, and both had been noise."""
+    unit = load_spec(SHIPPED / "small_uav.yaml")
+    plan = json.loads(plan_text(shipped_plan("small_uav").plan))
+    table, _ = simulate(unit, plan, (), seed, settings_of(unit.spec))
+    assert diagnose(table, unit.spec).budget_exceeded == ()
+    assert table.gyro is not None
+    assert table.acc is not None
+    turn = Rotation.from_rotvec(np.radians(1.0) * np.eye(3)[seed % 3]).as_matrix()
+    here = table.run == (1, 2, 5, 6)[seed % 4]
+    crooked = [np.where(here[:, None], x @ turn.T, x) for x in (table.gyro, table.acc)]
+    found = diagnose(replace(table, gyro=crooked[0], acc=crooked[1]), unit.spec)
+    assert ("gyro.misalignment", "run_to_run") in {(b.error, b.part) for b in found.budget_exceeded}

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner.effects import hysteresis
+from planner.effects import hysteresis, thermal_lag
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from tests.effects.conditions import random_conditions
@@ -43,3 +43,14 @@ def test_the_way_turns_three_kelvins_from_where_the_temperature_turned() -> None
 def test_a_chamber_that_ramps_has_its_way_at_once() -> None:
     ramping = at([40.0, 41.0, 40.5, 39.9, 39.8], [1.0, 1.0, -1.0, -1.0, 0.0])
     np.testing.assert_array_equal(way(ramping), [1.0, 1.0, -1.0, -1.0, -1.0])
+
+
+def test_strays_of_a_soaked_chamber_are_no_change_that_a_lag_follows() -> None:
+    """Rows of one power-on, warmer by less than 3 K and by more; a ramp; between power-ons nothing."""
+    lags = thermal_lag.EFFECT
+    one = replace(at([20.0, 20.1, 22.5, 19.9]), time_on=np.array([10.0, 20.0, 30.0, 40.0]))
+    assert not lags.shows("gyro", one)
+    assert lags.shows("gyro", replace(one, temperature_degc=np.array([20.0, 21.0, 22.0, 23.5])))
+    assert lags.shows("gyro", replace(one, temperature_rate=np.full(4, 1.0 / 60.0)))
+    apart = replace(one, time_on=np.array([10.0, 20.0, 10.0, 20.0]))
+    assert not lags.shows("gyro", replace(apart, temperature_degc=np.array([20.0, 20.1, 60.0, 60.1])))

@@ -12,7 +12,7 @@ from planner import catalog
 from planner.diagnose.channels.prepared import Prepared
 from planner.diagnose.noise.beside_budgets import Part, Seen, seen
 from planner.diagnose.noise.channel_noise import LEAST_RUNS, ChannelNoise, Readings, channel_noise
-from planner.diagnose.noise.components import IN_RUN, LEVEL
+from planner.diagnose.noise.components import IN_RUN, LEANS, LEVEL, drawn_name
 from planner.diagnose.noise.outliers import FAR_WEIGHT
 from planner.diagnose.noise.spread_law import SpreadLaw, errors, refused, spread_law
 from planner.diagnose.noise.wander import CHANCE, wander
@@ -30,6 +30,7 @@ PARTS = (
     (("run_to_run_bias",), "bias", "run_to_run"),
     (("constant", IN_RUN), "bias", "in_run"),
     (("run_to_run_scale_factor",), "scale_factor", "run_to_run"),
+    *(((drawn_name(LEANS, k),), LEANS, "run_to_run") for k in (1, 2)),
 )
 FEW_RUNS = 5  # power-ons, from which their spread is held against its budget; a search has it from eight on
 EXCEEDED = 0.01  # chance that a unit within all its budgets is said to exceed one
@@ -76,8 +77,26 @@ def assumptions(s: SensorFound, spec: Spec, data: Prepared) -> list[Assumption]:
         taken = beside.of(several, (error, part))
         one = _spread(several, Assumption(f"{s.sensor}.{error}", part, unit, assumed, *_UNTOLD), taken)
         found.append(_unbudgeted(one) if IN_RUN in several[0].noise.components and part == "in_run" else one)
+    found = _larger_lean(found)
     found += [*_white(s, white, spec, beside, data), *_residuals(s, budgets)]
     return found
+
+
+def _larger_lean(every: Sequence[Assumption]) -> list[Assumption]:
+    """Of a channel's two misalignments the one that says more of their budget, which is one for both.
+
+    With the chance that either says as much (Bonferroni).
+    """
+    leans: dict[str, list[Assumption]] = {}
+    for a in every:
+        if a.error.endswith(f".{LEANS}"):
+            leans.setdefault(a.channel, []).append(a)
+    most = {}
+    for channel, both in leans.items():
+        told = [a for a in both if math.isfinite(a.measured)]
+        one = min(told or both, key=lambda a: a.chance)
+        most[channel] = replace(one, chance=min(1.0, one.chance * max(len(told), 1)))
+    return [*(a for a in every if not a.error.endswith(f".{LEANS}")), *most.values()]
 
 
 @dataclass(frozen=True)
@@ -138,6 +157,8 @@ def _noise(s: SensorFound, w: Whitened, budgets: Mapping[str, ErrorBudget], data
     """A channel's noise, with what moves within its power-ons where the rows show that something does.
 
     In the correlation time of the budget: sigma of 2000 s steps as far in a minute as half of it of 600 s.
+    Of five to seven power-ons with misalignments of each: one that was mounted crooked by a degree, of two
+    that were made alike, made both noise.
     """
     if "bias" not in budgets:
         return w.noise
@@ -146,9 +167,10 @@ def _noise(s: SensorFound, w: Whitened, budgets: Mapping[str, ErrorBudget], data
     believed = np.column_stack([np.empty((len(w.z), 0)), *mine])
     if FEW_RUNS <= len(data.starts) < LEAST_RUNS:
         weights = np.where(s.far[axis], FAR_WEIGHT, 1.0)
-        return channel_noise(
-            Readings(w.channel, data.starts, data.table.duration, (believed,), weights, FEW_RUNS)
-        )
+        few = Readings(w.channel, data.starts, data.table.duration, (believed,), weights, FEW_RUNS)
+        leans = budgets.get(LEANS)
+        drawn = (LEANS,) if leans is not None and leans.has_run_to_run else ()
+        return channel_noise(few.with_noise(drawn=drawn))
     most = 1.0 if IN_RUN in w.noise.components else CHANCE
     return wander(w, believed, data.table.time_on, budgets["bias"].in_run_time, most) or w.noise
 

@@ -134,9 +134,9 @@ def _missing(effect: Effect, data: Prepared) -> str:
 
 def _why(effect: Effect, data: Prepared, s: SensorFound) -> str:
     """What the records do not vary of all that the effect needs."""
-    if not is_shown(effect, s.channels):
-        return "nothing in these records tells it from a simpler effect"
     for condition, (said, most) in FLAT.items():
         if condition in effect.needs and np.ptp(getattr(data.table, condition)) <= most:
             return said
+    if not is_shown(effect, s.channels):
+        return "nothing in these records tells it from a simpler effect"
     return "nothing in these records excites it, or the declared model takes it up whole"
