@@ -71,6 +71,19 @@ def _within(later: NDArray[np.bool_], run: NDArray[np.int64]) -> int:
     return len(np.intersect1d(run[later], run[~later]))
 
 
+def input_over_time(c: Channel, table: DwellTable) -> list[Array]:
+    """(n, 1) the own input times the time since power-on: a scale factor that drifts while the unit is on.
+
+    Nodes of the time cost eight columns, and by the likelihood a scale factor that wanders in every power-on,
+    one variance, was the cheaper word for what all of them do alike.
+    """
+    u = _turning(c) if c.sensor == "gyro" else c.u
+    span = float(np.ptp(table.time_on))
+    if len(np.unique(table.run)) < LEAST_APART or span <= 0.0 or not np.any(u):
+        return []
+    return [(u * (table.time_on - table.time_on.mean()) / span)[:, None]]
+
+
 def odd_courses(c: Channel, table: DwellTable) -> list[Array]:
     """(n, 5) of a gyro's own rate x: itself held at small sizes, x |x| and x³."""
     x = _turning(c)
@@ -227,6 +240,8 @@ def _turning(c: Channel) -> Array:
 MAKERS: Mapping[str, Callable[[Channel, DwellTable], list[Array]]] = {
     "day": waves,
     "time_on": steps_after_power_on,
+    "time_on_and_rate": lambda c, table: input_over_time(c, table) if c.sensor == "gyro" else [],
+    "time_on_and_specific_force": lambda c, table: input_over_time(c, table) if c.sensor != "gyro" else [],
     "rate": odd_courses,
     "rate_and_specific_force": rate_under_load,
     "temperature": leaning,

@@ -10,10 +10,10 @@ records cannot tell the spec does. Where many power-ons tell a block their sprea
 
 Both must hold: beside the draws the block says nothing, and they say most of what it does.
 
-Eight to thirty power-ons tell a spread, but badly: with four degrees of freedom beside all candidates it comes
-out at a third of itself in one channel of fifty, and a curve over the load that follows four draws of a scale
-factor is then eight sigma. There the block must be likelier than the draws (`as_likely`), these as large as
-they then fit best: twelve power-ons of one sign and size are no draws, however large the budget.
+Eight to thirty power-ons tell a spread, but badly: with four degrees of freedom beside all candidates it
+comes out at a third of itself in one channel of fifty, and a curve over the load that follows four draws of a
+scale factor is then eight sigma. There the block must be likelier than the draws (`as_likely`), these as
+large as they then fit best: twelve power-ons of one sign and size are no draws, however large the budget.
 
 With U s Vᵀ the whitened x_t σ_t of every power-on, (I + U s² Uᵀ)^(−½) = I − U (1 − (1 + s²)^(−½)) Uᵀ.
 """
