@@ -1,4 +1,4 @@
-"""A curve over one variable before one over it and another; a scale factor that drifts while the unit is on."""
+"""A curve over one variable before one over it and another; a scale factor that drifts after power-on."""
 
 from __future__ import annotations
 
