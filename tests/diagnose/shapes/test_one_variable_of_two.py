@@ -44,7 +44,7 @@ def _in_any_order(seed: int) -> Hall:
 @pytest.mark.parametrize("seed", [1, 2, 3])
 @pytest.mark.further("seed", [4, 5, 6])
 def test_a_scale_factor_that_drifts_while_the_unit_is_on_goes_with_both(seed: int) -> None:
-    """1e-5 of the rate in 1000 s, alike in every power-on: eight nodes of the time cost more than it tells."""
+    """1e-5 of the rate in 1000 s in every power-on: eight nodes of the time cost more than it tells."""
     hall = _in_any_order(seed)
     table = hidden(read(hall, seed), "gyro", 1, 1e-5 * hall.turn[:, 1] * hall.time_on / 1000.0)
     found = diagnose_sensor(prepared(table), "gyro", DECLARED, seed).found
