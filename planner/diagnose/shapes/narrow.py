@@ -148,12 +148,13 @@ def gravity_along_axes(c: Channel, table: DwellTable) -> list[Array]:
 
 
 def cubic_products(c: Channel, table: DwellTable) -> list[Array]:
-    """(n, 1) each: f_j² f_k of two axes, f_x f_y f_z, of the force in g in tilted attitudes or on an arm.
+    """(n, ≤ 7) f_j² f_k of two axes, f_x f_y f_z, of the force in g in tilted attitudes or on an arm.
 
     They are nothing on six faces, and odd: no product of two forces, no curve along one axis and no bin of
     the six ways up has them, so that an error of this kind was a few records off by themselves, or noise.
     Of an accelerometer they are clear of what a lean of its own does. On an arm whose axis always points up
-    f_j² f_k is the square of the load: beside loads those are asked that are no product of two forces.
+    f_j² f_k is the square of the load: beside loads those are asked that are no product of two forces. They
+    stand together, as products of two do: one of seven alone would be chosen before a true one of those.
     """
     along = c.model.conditions.specific_force / STANDARD_GRAVITY_MPS2
     loaded = bool(np.any(np.linalg.norm(along, axis=1) * STANDARD_GRAVITY_MPS2 > _LOADED))
@@ -168,7 +169,8 @@ def cubic_products(c: Channel, table: DwellTable) -> list[Array]:
     every = np.asarray(over_records(products, c.model.conditions))
     known, least = orthonormal(every[:, : 10 if loaded else linear]), OF_ITSELF if loaded else A_CORNER
     tilted = [x[:, None] for x in every[:, 10:].T if _leanings(x) >= TILTED]
-    return [x for x in tilted if np.linalg.norm(clear(known, x)) > least * np.linalg.norm(x)]
+    kept = [x for x in tilted if np.linalg.norm(clear(known, x)) > least * np.linalg.norm(x)]
+    return [np.concatenate(kept, axis=1)] if kept else []
 
 
 def force_before(c: Channel, table: DwellTable) -> list[Array]:
