@@ -7,7 +7,7 @@ then the generic enters, and a library effect stays only if it explains most of 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -38,6 +38,7 @@ ONE_VARIABLE = 0.95  # of what it and the library effects explain together, from
 # share of an effect's Δ that may be left although it is the right one
 SHARED_MISFIT = 0.03  # of what several channels share, an effect of the bench: its geometry is known roughly
 DECISIVE = 10.0  # of the criterion: "very strong", Kass and Raftery, Bayes factors, 1995, 3.2
+BOTH = "_and_"  # between the variables of a generic alternative over two
 OWN_MISFIT = 0.1  # over the variable that drives it: that is read with noise, and bins average it
 
 
@@ -310,7 +311,7 @@ def _unknown(found: Found, lacking: Sequence[int], question: Question) -> None:
     here = found.without(*mine)
     every = free(found.pool, on(found.pool, question.generic, axes), found.unknown)
     scores = {g: score(here, [g]).criterion for g in every}
-    best = max(scores, key=lambda g: scores[g])
+    best = simplest(found.pool, scores)
     if mine and score(here, mine).criterion >= scores[best]:
         # the library was right, and something comes on top
         left = found.without()
@@ -325,6 +326,18 @@ def _unknown(found: Found, lacking: Sequence[int], question: Question) -> None:
         _only_what_counts(found, best, mine, both)
     else:
         _only_what_stands(found, best, mine, question)
+
+
+def simplest(pool: Pool, scores: Mapping[int, float]) -> int:
+    """The best criterion; a curve over one variable before one over it and another that is hardly better.
+
+    On an arm the load grows with the time since power-on, and what changes in time by another amount at every
+    rate follows any curve over the rate: both variables are more of a claim, and must be decisively better.
+    """
+    best = max(scores, key=lambda g: scores[g])
+    of = pool.blocks[best].name.split(BOTH)
+    one = [g for g in scores if len(of) > 1 and pool.blocks[g].name in of]
+    return max([g for g in one if scores[g] > scores[best] - DECISIVE] or [best], key=lambda g: scores[g])
 
 
 def _only_what_counts(found: Found, unknown: int, mine: Sequence[int], both: float) -> None:

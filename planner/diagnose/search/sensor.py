@@ -33,6 +33,7 @@ from planner.diagnose.noise.channel_noise import Readings, channel_noise
 from planner.diagnose.noise.far_rows import drawn, far_rows, scale_scatter
 from planner.diagnose.noise.noise_of_triad import triad_noise
 from planner.diagnose.noise.outliers import FAR_WEIGHT
+from planner.diagnose.noise.stated_spreads import with_stated
 from planner.diagnose.noise.undriven import as_budgeted_at_rest
 from planner.diagnose.noise.whitened import Cleared, Whitened, cleared, moving, whitened
 from planner.diagnose.references.references import hypothesis
@@ -267,7 +268,7 @@ def _cleared(
     found = {}
     for r, noise in zip(triad, triad_noise(triad), strict=True):
         axis = r.channel.axis
-        c, known = as_budgeted_at_rest(r.channel, noise, budgets)
+        c, known = as_budgeted_at_rest(r.channel, with_stated(noise, budgets), budgets)
         found[axis] = cleared(c, known, [b.columns[axis] for b in blocks if axis in b.columns])
     return found
 

@@ -34,6 +34,8 @@ LEAST_LEANINGS = 7  # different ones along an axis, fewer of which a few powers 
 A_CORNER = 0.02  # of the largest column, below which one has no more than leans and rounding
 OWN_NODES = (-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0)  # g
 FACES = 3  # forces along an axis: up, level and down
+OF_ITSELF = 0.5  # of a product of three forces, that no product of two has
+TILTED = 3  # different values of a product of three forces: either sign, and none on a face
 MODULUS_NODES = (0.0, 0.3, 0.6, 1.0)  # g
 PLACES = 12  # at which a reading may step after power-on: the rows between two of them hide little of it
 A_SIDE = 5  # rows that such a step has on either side, and power-ons
@@ -67,6 +69,19 @@ def steps_after_power_on(c: Channel, table: DwellTable) -> list[Array]:
 def _within(later: NDArray[np.bool_], run: NDArray[np.int64]) -> int:
     """How many power-ons have rows on both sides: what only differs between them is no step within."""
     return len(np.intersect1d(run[later], run[~later]))
+
+
+def input_over_time(c: Channel, table: DwellTable) -> list[Array]:
+    """(n, 1) the own input times the time since power-on: a scale factor that drifts while the unit is on.
+
+    Nodes of the time cost eight columns, and by the likelihood a scale factor that wanders in every power-on,
+    one variance, was the cheaper word for what all of them do alike.
+    """
+    u = _turning(c) if c.sensor == "gyro" else c.u
+    span = float(np.ptp(table.time_on))
+    if len(np.unique(table.run)) < LEAST_APART or span <= 0.0 or not np.any(u):
+        return []
+    return [(u * (table.time_on - table.time_on.mean()) / span)[:, None]]
 
 
 def odd_courses(c: Channel, table: DwellTable) -> list[Array]:
@@ -130,6 +145,32 @@ def gravity_along_axes(c: Channel, table: DwellTable) -> list[Array]:
     each = [j for j in range(3) if _leanings(np.abs(along[:, j])) >= len(MODULUS_NODES)]
     odd = [j for j in range(3) if not accelerometer and _leanings(along[:, j]) >= LEAST_LEANINGS]
     return [*found, *(_over_force(c, j, MODULUS_NODES) for j in each), *(_odd_force(c, j) for j in odd)]
+
+
+def cubic_products(c: Channel, table: DwellTable) -> list[Array]:
+    """(n, ≤ 7) f_j² f_k of two axes, f_x f_y f_z, of the force in g in tilted attitudes or on an arm.
+
+    They are nothing on six faces, and odd: no product of two forces, no curve along one axis and no bin of
+    the six ways up has them, so that an error of this kind was a few records off by themselves, or noise.
+    Of an accelerometer they are clear of what a lean of its own does. On an arm whose axis always points up
+    f_j² f_k is the square of the load: beside loads those are asked that are no product of two forces. They
+    stand together, as products of two do: one of seven alone would be chosen before a true one of those.
+    """
+    along = c.model.conditions.specific_force / STANDARD_GRAVITY_MPS2
+    loaded = bool(np.any(np.linalg.norm(along, axis=1) * STANDARD_GRAVITY_MPS2 > _LOADED))
+    linear = 4 if c.sensor == "accelerometer" else 1
+
+    def products(at: Conditions) -> Array:
+        f = at.specific_force / STANDARD_GRAVITY_MPS2
+        two = [f[:, j] * f[:, k] for j in range(3) for k in range(j, 3)]
+        three = [f[:, j] ** 2 * f[:, k] for j in range(3) for k in range(3) if j != k]
+        return np.column_stack([np.ones(len(f)), f, *two, *three, np.prod(f, axis=1)])
+
+    every = np.asarray(over_records(products, c.model.conditions))
+    known, least = orthonormal(every[:, : 10 if loaded else linear]), OF_ITSELF if loaded else A_CORNER
+    tilted = [x[:, None] for x in every[:, 10:].T if _leanings(x) >= TILTED]
+    kept = [x for x in tilted if np.linalg.norm(clear(known, x)) > least * np.linalg.norm(x)]
+    return [np.concatenate(kept, axis=1)] if kept else []
 
 
 def force_before(c: Channel, table: DwellTable) -> list[Array]:
@@ -201,10 +242,16 @@ def _turning(c: Channel) -> Array:
 MAKERS: Mapping[str, Callable[[Channel, DwellTable], list[Array]]] = {
     "day": waves,
     "time_on": steps_after_power_on,
+    "time_on_and_rate": lambda c, table: input_over_time(c, table) if c.sensor == "gyro" else [],
+    "time_on_and_specific_force": lambda c, table: input_over_time(c, table) if c.sensor != "gyro" else [],
     "rate": odd_courses,
     "rate_and_specific_force": rate_under_load,
     "temperature": leaning,
     "day_and_specific_force": force_over_days,
-    "specific_force": lambda c, table: [*gravity_along_axes(c, table), *force_before(c, table)],
+    "specific_force": lambda c, table: [
+        *gravity_along_axes(c, table),
+        *cubic_products(c, table),
+        *force_before(c, table),
+    ],
 }
 """What they vary with -> what makes them."""

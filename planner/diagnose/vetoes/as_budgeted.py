@@ -10,6 +10,11 @@ records cannot tell the spec does. Where many power-ons tell a block their sprea
 
 Both must hold: beside the draws the block says nothing, and they say most of what it does.
 
+Eight to thirty power-ons tell a spread, but badly: with four degrees of freedom beside all candidates it
+comes out at a third of itself in one channel of fifty, and a curve over the load that follows four draws of a
+scale factor is then eight sigma. There the block must be likelier than the draws (`as_likely`), these as
+large as they then fit best: twelve power-ons of one sign and size are no draws, however large the budget.
+
 With U s Vᵀ the whitened x_t σ_t of every power-on, (I + U s² Uᵀ)^(−½) = I − U (1 − (1 + s²)^(−½)) Uᵀ.
 """
 
@@ -23,12 +28,15 @@ from numpy.typing import NDArray
 from planner.diagnose.channels.channel import Channel, usual_columns
 from planner.diagnose.channels.orthogonal import clear, explained, orthonormal
 from planner.diagnose.hypotheses.found import Found
+from planner.diagnose.hypotheses.scores import Score
 from planner.diagnose.noise.channel_noise import LEAST_RUNS, ChannelNoise
 from planner.diagnose.noise.components import of_effect
 from planner.diagnose.noise.whitened import SEEN, Whitened, log_p
+from planner.diagnose.vetoes.as_likely import Budgeted, likelier
 from planner.nouns.array import Array
 from planner.spec.budget import ErrorBudget
 
+MANY = 30.0  # power-ons, from which a spread is known to an eighth, 1 / √(2 · 30)
 AS_BUDGETED = 1e-3  # p, above which a block says no more than power-ons that differ as they may
 OF_IT = (
     0.85  # of what the block explains, that draws must: leans say 0.95 of it and more, what they do not 0.75
@@ -47,12 +55,14 @@ def as_budgeted(found: Found, b: int, starts: NDArray[np.int64], budgets: Mappin
     others = [found.pool.blocks[o].columns[axis] for o in found.others(b) if axis in found.axes(o)]
     C, beside = w.noise.whiten(block.columns[axis]), np.empty((len(w.z), 0))
     known = np.column_stack([w.Q, *(w.noise.whiten(x) for x in others), beside])
-    told = np.add.reduceat(np.sum(clear(orthonormal(known), C) ** 2, axis=1), starts)
-    if _as_many(told) >= LEAST_RUNS:
-        return False
-    drawn = _drawn(w, starts, budgets)
+    taken = orthonormal(known)
+    told = np.add.reduceat(np.sum(clear(taken, C) ** 2, axis=1), starts)
+    drawn = _drawn(w, starts, budgets) if (many := _as_many(told)) < MANY else np.empty((0, 0))
     if drawn.shape[1] == 0:
         return False
+    if many >= LEAST_RUNS:
+        process = Budgeted.of(clear(taken, drawn), clear(taken, w.z))
+        return _is_drawn(found.share(b), likelier([(process, clear(taken, C))]))
     wider = _whitened_again(drawn, np.column_stack([w.z, C, known]))
     k = 1 + C.shape[1]
     delta, rank = explained(wider[:, k:], wider[:, 1:k], wider[:, 0], SEEN)
@@ -63,6 +73,11 @@ def as_budgeted(found: Found, b: int, starts: NDArray[np.int64], budgets: Mappin
         return False
     beside = orthonormal(known)
     return _gain(clear(beside, drawn), clear(beside, w.z)) > OF_IT * s.delta
+
+
+def _is_drawn(s: Score, gain: float) -> bool:
+    """Whether a block with draws beside it is no likelier than draws alone; gain: twice the log, Λ."""
+    return s.m == 0 or bool(log_p(gain, s.m, s.freedom, s.s2) > np.log(AS_BUDGETED))
 
 
 def _gain(D: Array, z: Array) -> float:

@@ -16,7 +16,7 @@ Soc. B 34, 1972, 1).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,29 +38,33 @@ def as_likely(found: Found, b: int, budgeted: Mapping[int, tuple[Array, Whitened
         beside it
     """
     block, s = found.pool.blocks[b], found.share(b)
-    channels = [_beside(found, b, a, *given) for a, given in budgeted.items()]
-    unlikely = np.sum([w.unlikely for w, _ in channels], axis=0)
-    G, h = (np.sum(x, axis=0) for x in zip(*(w.seen(C) for w, C in channels if C.shape[1]), strict=True))
-    explained = np.array([hf @ inverse(Gf) @ hf for Gf, hf in zip(G, h, strict=True)])
-    gain = float(unlikely.min() - np.min(unlikely - explained))
+    gain = likelier([_beside(found, b, a, *given) for a, given in budgeted.items()])
     if s.m == 0 or gain >= KEPT * s.delta:
         return False
     looks = sum(x.key == block.key for x in found.pool.blocks)
     return bool(log_p(gain, s.m, s.freedom, s.s2) > np.log(SINGLE / looks))
 
 
-def _beside(found: Found, b: int, axis: int, modes: Array, w: Whitened | Cleared) -> tuple[_Budgeted, Array]:
+def likelier(channels: Sequence[tuple[Budgeted, Array]]) -> float:
+    """Λ of some channels, each with the process and columns C (n, m) of what is believed beside it."""
+    unlikely = np.sum([w.unlikely for w, _ in channels], axis=0)
+    G, h = (np.sum(x, axis=0) for x in zip(*(w.seen(C) for w, C in channels if C.shape[1]), strict=True))
+    explained = np.array([hf @ inverse(Gf) @ hf for Gf, hf in zip(G, h, strict=True)])
+    return float(unlikely.min() - np.min(unlikely - explained))
+
+
+def _beside(found: Found, b: int, axis: int, modes: Array, w: Whitened | Cleared) -> tuple[Budgeted, Array]:
     """A channel and the columns (n, m) of a block there, clear of all else that is believed."""
     pool = found.pool
     others = [pool.blocks[o].columns[axis] for o in found.others(b) if axis in found.axes(o)]
     nothing = np.empty((len(w.z), 0))
     known = orthonormal(np.column_stack([w.Q, w.noise.whiten(np.column_stack([nothing, *others]))]))
     C, K = (clear(known, w.noise.whiten(x)) for x in (pool.blocks[b].columns.get(axis, nothing), modes))
-    return _Budgeted.of(K, clear(known, w.z)), C
+    return Budgeted.of(K, clear(known, w.z)), C
 
 
 @dataclass(frozen=True)
-class _Budgeted:
+class Budgeted:
     """White rows with a process of each share of the budget. U: (n, k) orthonormal, K = U s Vᵀ its modes
 
     taken: (f, k) 1 − 1 / (1 + f² s²), of the square along U; unlikely: (f,) −2 log L without anything else
@@ -72,7 +76,7 @@ class _Budgeted:
     unlikely: Array
 
     @classmethod
-    def of(cls, K: Array, z: Array) -> _Budgeted:
+    def of(cls, K: Array, z: Array) -> Budgeted:
         """K: (n, k) modes times the budget's sigma; z: (n,)."""
         U, s, _ = np.linalg.svd(K, full_matrices=False)
         grown = (SHARES[:, None] * s) ** 2

@@ -13,7 +13,7 @@ import numpy as np
 from planner.diagnose.hypotheses.agreement import rests_on
 from planner.diagnose.hypotheses.candidates import LEAST_OF_A_TABLE, Block
 from planner.diagnose.hypotheses.found import SINGLE, Found, Question, keys, on
-from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, OWN_MISFIT, along, penalty
+from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, OWN_MISFIT, along, penalty, simplest
 from planner.diagnose.hypotheses.pool import Pool
 from planner.diagnose.hypotheses.scores import delta, score
 from planner.diagnose.references.references import hypothesis
@@ -37,9 +37,9 @@ def unname_where_unnamed_wins(found: Found, question: Question) -> None:
             continue
         every = {g: score(here, [g]) for g in on(found.pool, question.generic, {axis})}
         scores = {g: s.criterion for g, s in every.items() if s.log_p < np.log(SINGLE)}
-        best = max(scores, key=lambda g: scores[g], default=None)
-        if best is None:
+        if not scores:
             continue
+        best = simplest(found.pool, scores)
         named = _criterion(here, mine) - (len(mine) - 1) * choice(found, question, axis)
         if before and not all(found.stands(b) for b in mine):
             named = max(named, _criterion(here, [*mine, *before]) - len(mine) * choice(found, question, axis))

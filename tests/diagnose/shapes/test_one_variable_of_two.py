@@ -1,0 +1,60 @@
+"""A curve over one variable before one over it and another; a scale factor that drifts after power-on."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from planner.diagnose.channels.prepared import prepared
+from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, simplest
+from planner.diagnose.hypotheses.pool import Pool
+from planner.diagnose.search.sensor import diagnose_sensor
+from tests.diagnose.hall import FACES, RATES, Hall, Log, hidden, read
+from tests.diagnose.worlds import DECLARED, named, unnamed
+
+
+def _of(*names: str) -> Pool:
+    return cast(Pool, SimpleNamespace(blocks=[SimpleNamespace(name=name) for name in names]))
+
+
+def test_two_variables_must_be_decisively_better_than_one_of_them() -> None:
+    pool = _of("time_on_and_rate", "rate", "temperature")
+    assert simplest(pool, {0: 347.0, 1: 340.0, 2: 343.0}) == 1
+    assert simplest(pool, {0: 347.0, 1: 347.0 - DECISIVE - 1.0, 2: 343.0}) == 0
+    assert simplest(pool, {0: 347.0, 1: 340.0, 2: 350.0}) == 2
+
+
+def _in_any_order(seed: int) -> Hall:
+    """Twenty-four power-ons on as many days, rests and turns of every one in an order of its own."""
+    rng, log = np.random.default_rng([seed, 31]), Log()
+    turns = [(axis, turn) for axis in range(3) for turn in RATES]
+    for _ in range(24):
+        log.on(rng.uniform(5.0, 20.0))
+        degc = float(rng.choice([-40.0, 20.0, 60.0])) + 0.2 * rng.normal()
+        for i in rng.permutation(6 + len(turns)):
+            axis, turn = turns[i - 6] if i >= 6 else (0, 0.0)
+            log.record(axis, 1.0, degc, turn=turn) if i >= 6 else log.record(*FACES[i], degc)
+        log.day += 1.0 + rng.uniform(-0.2, 0.2)
+    return log.hall()
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.further("seed", [4, 5, 6])
+def test_a_scale_factor_that_drifts_while_the_unit_is_on_goes_with_both(seed: int) -> None:
+    """1e-5 of the rate in 1000 s in every power-on: eight nodes of the time cost more than it tells."""
+    hall = _in_any_order(seed)
+    table = hidden(read(hall, seed), "gyro", 1, 1e-5 * hall.turn[:, 1] * hall.time_on / 1000.0)
+    found = diagnose_sensor(prepared(table), "gyro", DECLARED, seed).found
+    assert not named(found)
+    assert {(name, channels) for name, channels in unnamed(found)} == {("time_on_and_rate", "y")}
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.further("seed", [4, 5, 6])
+def test_nothing_drifts_where_nothing_does(seed: int) -> None:
+    table = read(_in_any_order(seed), seed)
+    found = diagnose_sensor(prepared(table), "gyro", DECLARED, seed).found
+    assert not found.all
