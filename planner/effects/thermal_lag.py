@@ -32,7 +32,7 @@ class ThermalLag(ChannelEffect):
         """T − T_b: (n,) K."""
         return lag(conditions, nonlinear["time_constant"])
 
-    def shows(self, sensor: Sensor, conditions: Conditions) -> bool:
+    def driven(self, conditions: Conditions) -> bool:
         """Whether the temperature changes while the unit is on: strays of a soaked chamber tell no lag."""
         return changes(conditions)
 

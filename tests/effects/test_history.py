@@ -49,8 +49,8 @@ def test_strays_of_a_soaked_chamber_are_no_change_that_a_lag_follows() -> None:
     """Rows of one power-on, warmer by less than 3 K and by more; a ramp; between power-ons nothing."""
     lags = thermal_lag.EFFECT
     one = replace(at([20.0, 20.1, 22.5, 19.9]), time_on=np.array([10.0, 20.0, 30.0, 40.0]))
-    assert not lags.shows("gyro", one)
-    assert lags.shows("gyro", replace(one, temperature_degc=np.array([20.0, 21.0, 22.0, 23.5])))
-    assert lags.shows("gyro", replace(one, temperature_rate=np.full(4, 1.0 / 60.0)))
+    assert not lags.driven(one)
+    assert lags.driven(replace(one, temperature_degc=np.array([20.0, 21.0, 22.0, 23.5])))
+    assert lags.driven(replace(one, temperature_rate=np.full(4, 1.0 / 60.0)))
     apart = replace(one, time_on=np.array([10.0, 20.0, 10.0, 20.0]))
-    assert not lags.shows("gyro", replace(apart, temperature_degc=np.array([20.0, 20.1, 60.0, 60.1])))
+    assert not lags.driven(replace(apart, temperature_degc=np.array([20.0, 20.1, 60.0, 60.1])))

@@ -78,6 +78,8 @@ def _impossible(s: SensorFound, effect: Effect) -> str:
 
 def _unseen(s: SensorFound, data: Prepared, effect: Effect) -> str:
     """Why a limit would be a number without meaning: no turn drives the effect, or the rows are too few."""
+    if effect.name in s.faint and effect.group == "bias":
+        return "the temperature never changes while the unit is on; records on a ramp would test it"
     if effect.name in s.faint:
         what = "a turn of 10 deg/s or more" if s.sensor == "gyro" else "a record with half of g or more"
         return (

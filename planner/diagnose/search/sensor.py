@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
-from planner.campaign.channel_model import EXCITING
 from planner.diagnose.channels.channel import Channel, channel
 from planner.diagnose.channels.parameters import Range, ranges
 from planner.diagnose.channels.prepared import Prepared
@@ -36,8 +35,8 @@ from planner.diagnose.noise.outliers import FAR_WEIGHT
 from planner.diagnose.noise.stated_spreads import with_stated
 from planner.diagnose.noise.undriven import as_budgeted_at_rest
 from planner.diagnose.noise.whitened import Cleared, Whitened, cleared, moving, whitened
-from planner.diagnose.references.references import hypothesis
 from planner.diagnose.search.borne_by_triad import borne_by_triad
+from planner.diagnose.search.hardly_driven import hardly_driven
 from planner.diagnose.search.noise_columns import coarse, of_the_full_model
 from planner.diagnose.search.shown_noise import alike, as_shown
 from planner.diagnose.search.stepwise import search
@@ -46,7 +45,6 @@ from planner.diagnose.vetoes.told_together import told_together
 from planner.diagnose.vetoes.unnamed import unname_where_unnamed_wins
 from planner.diagnose.vetoes.verdicts import Veto, vetoed
 from planner.effects._shaped import plain_names
-from planner.measurement import input_size
 from planner.nouns.array import Array
 from planner.protocols import Sensor
 from planner.solvers.one_thread import one_thread
@@ -56,7 +54,6 @@ from planner.spec.references import BenchAccuracy
 FLIPS = 2999  # the least p by rank, of one of six families, is then ALPHA_FURTHER
 STRONG = 60.0  # sigma; products are about 1 % of an effect
 AGAIN = 2  # searches more: with what was found strong, and with what was strong beside that
-DRIVEN = 0.5  # of what tells an effect that multiplies an input, that records with such an input must tell
 SIGNS = 20  # power-ons, from which enough change sign for the flips to tell the p that is asked of them
 SEGMENTS = 40  # that change sign together where there are too few power-ons
 
@@ -292,36 +289,6 @@ def _unname_what_is_left(found: Found, question: Question, starts: NDArray[np.in
         names = [b for b in found.library if b not in tried.library and found.axes(b) == found.axes(u)]
         found.p[u] = min(found.p[b] for b in names)
     found.library, found.unknown = tried.library, tried.unknown
-
-
-def hardly_driven(pool: Pool, library: Iterable[int]) -> set[int]:
-    """Blocks that multiply an input and of which the records with hardly any input tell the most.
-
-    At rest the Earth's rate shows a gyro's scale factor: so does a wrong reference or a curve of the bias.
-    Such records tell what the columns have in them: a rest between loads is the level from which these count.
-    """
-    out = set()
-    for b in library:
-        block = pool.blocks[b]
-        if not (block.reference or hypothesis(block.name).group == "bias"):
-            driven, undriven = _told_by_input(pool, b)
-            if driven < DRIVEN * (driven + undriven):
-                out.add(b)
-    return out
-
-
-def _told_by_input(pool: Pool, b: int) -> tuple[float, float]:
-    """Squares of a block's columns where there is an input, and where hardly, whitened and as in the pool."""
-    size = pool.size[pool.places[b]]
-    scale = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0.0)
-    told = np.zeros(2)
-    for axis, x in pool.blocks[b].columns.items():
-        c = pool.state[axis].channel
-        driven = (input_size(c.sensor, c.model.conditions) >= EXCITING[c.sensor])[:, None]
-        parts = (x * driven, x * ~driven)
-        left = pool.state[axis].clear_of_declared(parts).left
-        told += np.sum((left * np.tile(scale, 2)) ** 2, axis=0).reshape(2, -1).sum(axis=1)
-    return float(told[0]), float(told[1])
 
 
 def _unname_the_undetermined(

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from planner.diagnose.channels.prepared import prepared
-from planner.diagnose.search.sensor import begin, diagnose_sensor, hardly_driven
+from planner.diagnose.search.hardly_driven import hardly_driven
+from planner.diagnose.search.sensor import begin, diagnose_sensor
 from planner.dwells.table_rows import rows_of
 from planner.effects.scale_factor_acceleration_squared import EFFECT
 from planner.nouns.dwell_table import DwellTable
