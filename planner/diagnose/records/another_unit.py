@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from planner.diagnose.channels.prepared import LEAST_OF_MANY
 from planner.diagnose.channels.read_temperature import STILL_K_S
 from planner.diagnose.noise.whitened import log_p
-from planner.diagnose.records.another_unit_at_rest import another_at_rest, few_at_rest
+from planner.diagnose.records.another_unit_among import of_either
+from planner.diagnose.records.another_unit_at_rest import another_at_rest, few_at_rest, some_at_rest
 from planner.diagnose.records.leans_change import leans_change
 from planner.diagnose.records.mounted_anew import mounted_anew, scaled_anew
 from planner.diagnose.references.bench_directions import at_rest, horizontal, loaded
@@ -34,6 +35,7 @@ EACH = 1e-3  # p of one channel's leans, held against those of power-ons, at a p
 LIKELY = 1.92  # of log p, half of χ²'s 95 % point of one: places as far behind the best may be the one
 ALONE = 1e-6  # p of one channel's step, over all places
 LEAST_SIDE = 0.15  # share of the rows on each side of the place
+MOST_SAID = 8  # numbers of power-ons in a sentence
 TURNS = float(np.radians(3.0))  # from which on a power-on is one of turns, whose level may be its own
 
 
@@ -126,11 +128,14 @@ def _at_rest(table: DwellTable, kept: NDArray[np.bool_]) -> AnotherUnit | None:
         return None
     north = horizontal(table.conditions().at(rows.order))[0]
     seen = table.acc[rows.order], table.ref_acc[rows.order], rows.run, north
-    found = another_at_rest(*seen)
-    if found is not None:
+    found, few = another_at_rest(*seen, rows.temperature), few_at_rest(*seen, rows.temperature)
+    some = some_at_rest(*seen, rows.temperature)
+    least = min((one[0] for one in (found, few, some) if one is not None), default=0.0)
+    if found is not None and found[0] <= least:
         return _said(rows, *found, "misalignments of the accelerometers")
-    few = few_at_rest(*seen, rows.temperature)
-    return None if few is None else _said_of_a_few(rows, *few)
+    if few is not None and few[0] <= least:
+        return _said_of_a_few(rows, *few)
+    return None if some is None else _said_of_some(rows, *some)
 
 
 def channels_of(table: DwellTable) -> tuple[str, ...]:
@@ -176,15 +181,32 @@ def _said(rows: _Rows, p: float, best: int, others: str, span: tuple[int, int] |
 
 def _said_of_a_few(rows: _Rows, p: float, runs: NDArray[np.int64]) -> AnotherUnit:
     """runs: 0 …; what was moved between them is the same unit's."""
-    table, first, last = rows.table, int(rows.number[runs[0]]), int(rows.number[runs[-1]])
-    out = (table.run >= first) & (table.run <= last)
+    first, last = int(rows.number[runs[0]]), int(rows.number[runs[-1]])
+    out = (rows.table.run >= first) & (rows.table.run <= last)
+    return _said_of_runs(rows.table, p, f"runs {first} to {last}", first, out)
+
+
+def _said_of_some(rows: _Rows, p: float, there: NDArray[np.bool_]) -> AnotherUnit:
+    """there: (runs,) power-ons whose rests are the other unit's; all others are told by these."""
+    t, theirs = rows.table, there[rows.run]
+    assert t.acc is not None
+    assert t.ref_acc is not None
+    one, two = np.zeros(len(t), dtype=bool), np.zeros(len(t), dtype=bool)
+    one[rows.order[~theirs]], two[rows.order[theirs]] = True, True
+    out = of_either(t.acc, t.ref_acc, t.run, t.temperature_degc, one, two)
+    runs = np.unique(t.run[out])
+    which = ", ".join(map(str, runs[:MOST_SAID])) + (" …" if len(runs) > MOST_SAID else "")
+    return _said_of_runs(t, p, f"runs {which}", int(runs[0]), out)
+
+
+def _said_of_runs(table: DwellTable, p: float, which: str, first: int, out: NDArray[np.bool_]) -> AnotherUnit:
     suspect = ReferenceSuspect(
         "mixed_units", float(first), float(first), float(first), "run", channels_of(table),
         float(np.exp(max(p, -700.0))), float("inf"),
-        f"compare the serial numbers of runs {first} to {last} with those before and behind", float("inf"),
+        f"compare the serial numbers of {which} with those of the others", float("inf"),
     )  # fmt: skip
     note = (
-        f"in runs {first} to {last} misalignments of the accelerometers are others: rows of another unit; "
+        f"in {which} misalignments of the accelerometers are others: rows of another unit; "
         f"{int(out.sum())} rows are not judged"
     )
     return AnotherUnit(~out, suspect, note)
