@@ -71,7 +71,7 @@ def _two_means(m: Array) -> NDArray[np.bool_]:
     way = np.linalg.svd(about, full_matrices=False)[2][0]
     along = np.sort(about @ way)
     widest = int(np.argmax(np.diff(along)[SIDE - 1 : len(along) - SIDE])) + SIDE - 1
-    there = about @ way > 0.5 * (along[widest] + along[widest + 1])
+    there: NDArray[np.bool_] = np.asarray(about @ way > 0.5 * (along[widest] + along[widest + 1]))
     for _ in range(ROUNDS):
         if there.all() or not there.any():
             break
@@ -79,7 +79,7 @@ def _two_means(m: Array) -> NDArray[np.bool_]:
         spread = np.median(np.abs(m - means[there.astype(int)]), axis=0)
         weight = 1.0 / np.maximum(spread, 1e-3 * max(float(spread.max()), 1e-300))
         far = np.sum(((m[:, None, :] - means) * weight) ** 2, axis=2)
-        new = far[:, 1] < far[:, 0]
+        new = np.asarray(far[:, 1] < far[:, 0])
         if np.array_equal(new, there):
             break
         there = new

@@ -37,7 +37,7 @@ RANK = 1e-6  # of the largest square
 
 @dataclass(frozen=True)
 class _Channel:
-    """Of every set (w,): gain of its leans over m columns, and what is left over freedom; within: of a row."""
+    """Of every set (w,): gain of leans over m columns, what is left over freedom; within: of a row."""
 
     gain: Array
     columns: NDArray[np.int64]

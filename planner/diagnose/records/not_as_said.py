@@ -193,30 +193,38 @@ def _with_their_power_ons(table: DwellTable, turned: dict[int, Array]) -> dict[i
     """The same with the rows of a unit upside down that read as if upright: those along the turn's axis.
 
     Where one turn explains every turned row of a power-on, and no other row of it speaks against that. Such a
-    row is small there only: its leans are those of the other side.
+    row is small there only: its leans are those of the other side. So are those of a sensor of which two
+    channels were swapped or one lost its sign: in the faces of the third axis their biases are the other's.
     """
     found = dict(turned)
     for run in sorted({int(table.run[i]) for i in turned}):
         rows = np.flatnonzero(table.run == run)
         mine = [i for i in rows.tolist() if i in turned]
         if SEVERAL <= len(mine) < len(rows):
-            stands = next((t for t in _TURNS if _explains(table, t, rows, mine)), None)
+            stands = next((t for t in _TURNS if _stood_so(table, t, rows, mine)), None)
             found |= {} if stands is None else dict.fromkeys(set(rows.tolist()) - set(mine), stands)
     return found
 
 
-def _explains(table: DwellTable, turn: Array, rows: NDArray[np.int64], turned: Sequence[int]) -> bool:
-    """Whether a turn makes the reading that of its label in the turned rows, and is nothing in the others."""
-    if np.linalg.det(turn) < 0.0:
-        return False  # a unit is turned over, not mirrored
-    others = np.setdiff1d(rows, turned)
-    for y, u, least, far in _judged(table):
-        scale = np.maximum(np.linalg.norm(u, axis=1), least)
-        moves = np.linalg.norm(u[others] @ turn.T - u[others], axis=1) > far * scale[others]
-        off = np.linalg.norm(y[turned] - u[turned] @ turn.T, axis=1) > far * scale[turned]
-        if moves.any() or off.any():
-            return False
-    return True
+def _stood_so(table: DwellTable, turn: Array, rows: NDArray[np.int64], turned: Sequence[int]) -> bool:
+    """Whether a turn of the unit explains all its sensors read, or two swapped channels all that one does."""
+    each = [_explains(one, turn, rows, turned) for one in _judged(table)]
+    if np.linalg.det(turn) > 0.0:
+        return all(each)
+    of_channels = np.array_equal(turn, turn.T) and np.trace(turn) == 1.0  # a unit is not mirrored
+    return bool(of_channels and any(each))
+
+
+def _explains(
+    judged: tuple[Array, Array, float, float], turn: Array, rows: NDArray[np.int64], turned: Sequence[int]
+) -> bool:
+    """Whether a turn makes a sensor's reading that of its label in turned rows, and is nothing in others."""
+    y, u, least, far = judged
+    scale = np.maximum(np.linalg.norm(u, axis=1), least)
+    moves = np.linalg.norm(u[rows] @ turn.T - u[rows], axis=1) > far * scale[rows]
+    off = np.linalg.norm(y[rows] - u[rows] @ turn.T, axis=1) > far * scale[rows]
+    among = np.isin(rows, turned)
+    return not (np.any(moves & ~among) or np.any(off & among))
 
 
 def _judged(table: DwellTable) -> Iterator[tuple[Array, Array, float, float]]:
