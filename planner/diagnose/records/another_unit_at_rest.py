@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from planner.diagnose.channels.orthogonal import about_means, clear, orthonormal
 from planner.diagnose.records.another_unit_among import in_two_groups
+from planner.diagnose.records.changed_power_ons import SIDE
 from planner.diagnose.records.leans_of_a_few import few_in_turn
 from planner.diagnose.records.leans_of_sets import leans_of_sets
 from planner.nouns.array import Array
@@ -37,9 +38,11 @@ def another_at_rest(
     if runs < LEAST_RUNS:
         return None
     order = np.arange(runs)
-    each, _ = leans_of_sets(y, u, run, temperature, order[None, :] >= order[1:, None])
-    place = int(np.argmin(each.sum(axis=0)))
-    found, weakest = float(each[:, place].sum() + np.log(runs)), float(each[:, place].max() + np.log(runs))
+    firsts = order[SIDE : runs - SIDE + 1]
+    each, _ = leans_of_sets(y, u, run, temperature, order >= firsts[:, None])
+    best = int(np.argmin(each.sum(axis=0)))
+    found, weakest = float(each[:, best].sum() + np.log(runs)), float(each[:, best].max() + np.log(runs))
+    place = int(firsts[best]) - 1
     if found > np.log(ANOTHER) or weakest > np.log(EACH) or not _is_no_bench(y, u, run, north, run > place):
         return None
     return found, place

@@ -120,7 +120,7 @@ def _part(table: DwellTable) -> Fahrenheit | None:
 
 
 def _points(means: Array, runs: NDArray[np.bool_]) -> int:
-    """How many points there are with some power-ons converted: −45 degC as degF is one of its own, 2 K off."""
+    """How many points there are with some power-ons converted: −45 degC taken for degF is one more."""
     right = np.sort(np.where(runs, _celsius(means), means))
     return 1 + int(np.count_nonzero(np.diff(right) > SAME_K))
 

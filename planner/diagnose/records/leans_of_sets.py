@@ -10,7 +10,8 @@ its own. A few power-ons say hardly how leans scatter; then the three channels o
 
     ρ = Σ_a left_a / s_a² / Σ_a freedom_a,   s_a² the square of a row of channel a
 
-since one mounting and one kind of element make all of them.
+since one mounting and one kind of element make all of them; and all but a tenth is explained, Σ left/s² being
+small beside Σ gain/s²: one power-on of six that is off makes no two units.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from planner.units import STANDARD_GRAVITY_MPS2
 LEAST_TEMPERATURES = 5  # from which a parabola leaves something of what is no parabola
 FEW = 12.0  # degrees of freedom, below which the scatter of one channel is known to a fifth only
 SAME_K = 3.0  # within which means of power-ons tell no slope of a lean
+LEFT_OVER = 0.1  # of the gain, that leans may still differ by, where power-ons are few
 SAME_FACE = 0.05  # of gravity: attitudes that others have too
 RANK = 1e-6  # of the largest square
 
@@ -64,12 +66,14 @@ def leans_of_sets(
     freedom = np.sum([c.freedom for c in each], axis=0)
     within = [max(c.within, 1e-300) for c in each]
     ratio = np.sum([c.left / w for c, w in zip(each, within, strict=True)], axis=0) / np.maximum(freedom, 1)
+    gain = np.sum([c.gain / w for c, w in zip(each, within, strict=True)], axis=0)
+    clearly = ratio * freedom <= LEFT_OVER * gain
     log = np.zeros((len(each), len(sets)))
     for k, c in enumerate(each):
         few = c.freedom < FEW
         s2 = np.where(few, ratio * within[k], c.left / np.maximum(c.freedom, 1))
         dof = np.where(few, freedom, c.freedom)
-        for i in np.flatnonzero((c.columns > 0) & (dof > 0)).tolist():
+        for i in np.flatnonzero((c.columns > 0) & (dof > 0) & (clearly | ~few)).tolist():
             most = max(float(s2[i]), within[k])
             log[k, i] = float(log_p(float(c.gain[i]), int(c.columns[i]), float(dof[i]), most))
     return log, np.array([c.left / np.maximum(c.gain, 1e-300) for c in each])

@@ -162,6 +162,7 @@ _KINDS = (
         alone=True,
     ),
 )  # fmt: skip
+_WITHIN_POWER_ONS = (_scaled, _read_out, _mounted, _mounted_on_the_arm, _tilted)  # turns and faces tell these
 
 
 # ---------------------------------------------------------------- one that did
@@ -287,7 +288,7 @@ def _best(
         kind, data.table.run[data.starts[sets[k]]], spans[k], gamma, half, tuple(x.name for x in sums),
         p, float(np.sqrt(delta[k])), float(chi_square_tail(square, len(gamma))), float(stated),
     )  # fmt: skip
-    if kind.felt not in (_scaled, _read_out, _mounted, _mounted_on_the_arm) or spans[k] == "alone":
+    if kind.felt not in _WITHIN_POWER_ONS or spans[k] == "alone":
         return told
 
     def put_right(size: Array) -> DwellTable:

@@ -142,3 +142,21 @@ def test_a_fixture_that_is_turned_is_an_azimuth_with_the_run(seed: int, only: bo
     assert suspect.hypothesis == "azimuth"
     assert ("in run 15 alone" if only else "from run 15 on") in suspect.check
     assert abs(suspect.value - np.sqrt(2.0)) < suspect.high - suspect.low
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.further("seed", [4, 5, 6])
+def test_a_tilt_is_sized_by_the_noise_of_rows(seed: int) -> None:
+    """In noise that the tilt had made it was known to a twentieth; the rest was products of loads."""
+    hall, rng = days(seed, 24), np.random.default_rng([seed, 71])
+    about = rng.uniform(0.0, 2.0 * np.pi, len(hall.run))[:, None]
+    north = np.cos(about) * hall.north + np.sin(about) * np.cross(hall.up, hall.north)
+    hall = replace(hall, north=north)
+    east, later = np.cross(north, hall.up), ((hall.run >= 13) & ~hall.turns)[:, None]
+    size, way = np.radians(0.2), rng.uniform(0.0, 2.0 * np.pi)
+    up = hall.up + later * size * (np.cos(way) * north + np.sin(way) * east)
+    found = whole(read(hall, seed, felt=replace(hall, up=up)))
+    assert not found.effects
+    (suspect,) = found.reference_suspects
+    assert suspect.hypothesis == "base_tilt"
+    assert suspect.value == pytest.approx(0.2, rel=0.005)
