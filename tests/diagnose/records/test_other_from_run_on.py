@@ -144,11 +144,11 @@ def test_a_fixture_that_is_turned_is_an_azimuth_with_the_run(seed: int, only: bo
     assert abs(suspect.value - np.sqrt(2.0)) < suspect.high - suspect.low
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
-@pytest.mark.further("seed", [4, 5, 6])
+@pytest.mark.parametrize("seed", [3, 4])
+@pytest.mark.further("seed", [1, 2, 5])
 def test_a_tilt_is_sized_by_the_noise_of_rows(seed: int) -> None:
     """In noise that the tilt had made it was known to a twentieth; the rest was products of loads."""
-    hall, rng = days(seed, 24), np.random.default_rng([seed, 71])
+    hall, rng = axes_apart(seed), np.random.default_rng([seed, 71])
     about = rng.uniform(0.0, 2.0 * np.pi, len(hall.run))[:, None]
     north = np.cos(about) * hall.north + np.sin(about) * np.cross(hall.up, hall.north)
     hall = replace(hall, north=north)
