@@ -1,4 +1,4 @@
-"""Another unit that came while the last turns were made: all rests are its own, and most turns the first's."""
+"""Another unit that came while the last turns were made: rests are its own, most turns the first one's."""
 
 from __future__ import annotations
 

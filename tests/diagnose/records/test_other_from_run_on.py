@@ -160,3 +160,25 @@ def test_a_tilt_is_sized_by_the_noise_of_rows(seed: int) -> None:
     (suspect,) = found.reference_suspects
     assert suspect.hypothesis == "base_tilt"
     assert suspect.value == pytest.approx(0.2, rel=0.005)
+
+
+@pytest.mark.parametrize("layout", ["days", "few"])
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.further("seed", [3, 4])
+def test_a_base_that_settles_from_day_to_day(seed: int, layout: str) -> None:
+    """It leaned from mid-campaign on, by two thirds, with budgets exceeded or a sensor blamed."""
+    hall, rng = LAYOUTS[layout][0](seed), np.random.default_rng([seed, 72])
+    about = rng.uniform(0.0, 2.0 * np.pi, len(hall.run))[:, None]
+    hall = replace(hall, north=np.cos(about) * hall.north + np.sin(about) * np.cross(hall.up, hall.north))
+    since = hall.day - hall.day.min()
+    share, way = ~hall.turns * since / since.max(), rng.uniform(0.0, 2.0 * np.pi)
+    lean = np.cos(way) * hall.north + np.sin(way) * np.cross(hall.north, hall.up)
+    up = hall.up + np.radians(0.15) * share[:, None] * lean
+    found = whole(read(hall, seed, felt=replace(hall, up=up)))
+    assert not found.effects
+    assert not found.unknown
+    assert not found.budget_exceeded
+    (suspect,) = found.reference_suspects
+    assert suspect.hypothesis == "base_tilt"
+    assert suspect.value == pytest.approx(0.15, rel=0.03)
+    assert "settles" in suspect.check
