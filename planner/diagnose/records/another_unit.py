@@ -34,11 +34,12 @@ MOST_SAID = 8  # numbers of power-ons in a sentence
 
 @dataclass(frozen=True)
 class AnotherUnit:
-    """kept: (n,) rows of the unit of which there are more."""
+    """kept: (n,) rows of the unit of which there are more; log_p: of chance."""
 
     kept: NDArray[np.bool_]
     suspect: ReferenceSuspect
     note: str
+    log_p: float
 
 
 def another_unit(table: DwellTable, kept: NDArray[np.bool_]) -> AnotherUnit | None:
@@ -70,8 +71,10 @@ def another_unit(table: DwellTable, kept: NDArray[np.bool_]) -> AnotherUnit | No
         if (mounted_anew(*seen) or scaled_anew(*seen)) and all_step(rows) is None:
             return None  # which power-on, and by how much, is told beside the error model; biases stay then
         return _said(rows, surest[0], best, "scale factors and misalignments", (first, last))
-    stepped = all_step(rows)
-    return _at_rest(table, kept) if stepped is None else _said(rows, *stepped, "the biases of all channels")
+    stepped, at_rest = all_step(rows), _at_rest(table, kept)
+    if stepped is None or (at_rest is not None and at_rest.log_p < stepped[0]):
+        return at_rest  # behind a few of another unit all levels step back
+    return _said(rows, *stepped, "the biases of all channels")
 
 
 def _at_rest(table: DwellTable, kept: NDArray[np.bool_]) -> AnotherUnit | None:
@@ -138,7 +141,7 @@ def _said(
         f"from run {first} on {others} are others: rows of another unit, or this one mounted anew or after a "
         f"shock; {int(out.sum())} rows are not judged"
     )
-    return AnotherUnit(~out, suspect, note)
+    return AnotherUnit(~out, suspect, note, p)
 
 
 def _said_of_a_few(rows: InOrder, p: float, runs: NDArray[np.int64]) -> AnotherUnit:
@@ -171,7 +174,7 @@ def _said_of_runs(table: DwellTable, p: float, which: str, first: int, out: NDAr
         f"in {which} misalignments of the accelerometers are others: rows of another unit; "
         f"{int(out.sum())} rows are not judged"
     )
-    return AnotherUnit(~out, suspect, note)
+    return AnotherUnit(~out, suspect, note, p)
 
 
 # ---------------------------------------------------------------- within power-ons

@@ -78,3 +78,31 @@ def test_a_unit_that_stays_mounted_anew_or_shocked_on_one_sensor(seed: int) -> N
 
 def _of(hall: Hall) -> dict[str, np.ndarray]:
     return {"up": hall.up, "north": hall.north, "turn": hall.turn}
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.further("seed", [4, 5, 6])
+def test_behind_a_few_power_ons_of_another_unit_all_levels_step_back(seed: int) -> None:
+    """Rests at a temperature that they and those right behind them have: not all behind is another's."""
+    rng, log = np.random.default_rng([seed, 33]), Log()
+    for degc, visits in ((-49.0, 6), (28.0, 6), (3.0, 6), (13.0, 6), (20.0, 6), (30.0, 6)):
+        for _ in range(visits):
+            log.day += rng.uniform(0.05, 0.1)
+            log.on(rng.uniform(20.0, 60.0))
+            for i in rng.permutation(6):
+                log.record(*FACES[i], degc + 0.2 * rng.normal())
+            if degc == -49.0:
+                for axis in range(3):
+                    for turn in (-100.0, 100.0):
+                        log.record(axis, 1.0, degc, turn=turn)
+    hall, few = log.hall(), range(19, 23)
+    one, other = _read(hall, seed), _read(hall, seed + 500)
+    assert one.gyro is not None
+    assert one.acc is not None
+    assert other.gyro is not None
+    assert other.acc is not None
+    there = np.isin(hall.run, few)[:, None]
+    table = replace(one, gyro=np.where(there, other.gyro, one.gyro), acc=np.where(there, other.acc, one.acc))
+    found = another_unit(table, _every(table))
+    assert found is not None
+    np.testing.assert_array_equal(found.kept, ~there[:, 0])
