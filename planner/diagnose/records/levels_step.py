@@ -23,6 +23,7 @@ ALONE = 1e-6  # p of one channel's step, over all places
 EACH = 1e-3  # p of the second channel of a sensor, where temperatures have levels of their own
 LEAST_SIDE = 0.15  # share of the rows on each side of the place; of a power-on's level, left of a step
 LEAST_FREEDOM = 5  # power-ons that say how levels scatter
+SIDE = 2  # power-ons on either side: one that is off by itself has a name of its own
 TRIED = 12  # places, of those at which one step in all cells says most
 TURNS = float(np.radians(3.0))  # from which on a power-on is one of turns, whose level may be its own
 
@@ -51,7 +52,7 @@ def all_step(rows: InOrder) -> tuple[float, int] | None:
     Beside a curve over temperature, the mean force, a level of turns and a drift over days; without a level
     of turns where nothing else steps: a unit that was taken for all turns has one, but no error of a sensor
     gives it to both sensors at once. At last beside levels of each temperature, of rests and of turns, which
-    a second unit has of its own too: those that have power-ons on both sides of the place tell it.
+    a second unit has of its own too: those that have several power-ons on both sides of the place tell it.
     """
     channels = [(y[:, axis], u, axis) for y, u in rows.sensors for axis in range(3)]
     if len(channels) < 2 * len(AXES):
@@ -86,7 +87,7 @@ def _step(levels: Array, known: Array, cells: Array) -> tuple[float, int] | None
     for place in _likely(z, basis):
         later = (np.arange(runs) > place)[:, None]
         X = cells * later
-        X = X[:, np.any(X > 0.0, axis=0) & np.any(cells * ~later > 0.0, axis=0)]
+        X = X[:, (X.sum(axis=0) >= SIDE) & ((cells * ~later).sum(axis=0) >= SIDE)]
         X = X - basis @ (basis.T @ X)
         X = X[:, np.sum(X**2, axis=0) > LEAST_SIDE]
         Q = orthonormal(X, 1e-3)

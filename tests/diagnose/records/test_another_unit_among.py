@@ -20,7 +20,7 @@ def _pairs(hall: Hall) -> np.ndarray:
 
 
 def _mixed(hall: Hall, seed: int, there: np.ndarray) -> DwellTable:
-    return of(hall, seed, np.unique(hall.run[there]))  # type: ignore[arg-type]
+    return of(hall, seed, np.unique(hall.run[there]).tolist())
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
