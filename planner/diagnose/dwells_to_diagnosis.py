@@ -19,6 +19,7 @@ from planner.diagnose.findings.reported import channel_name, found_effects
 from planner.diagnose.findings.suspects import suspects
 from planner.diagnose.hypotheses.found import ALPHA
 from planner.diagnose.noise.channel_noise import LEAST_RUNS
+from planner.diagnose.records.fahrenheit import in_fahrenheit
 from planner.diagnose.records.gravity_of_turns import gravity_of_turns
 from planner.diagnose.records.left_out import copies, left_out, off_as_a_whole
 from planner.diagnose.records.not_as_said import screened
@@ -27,7 +28,6 @@ from planner.diagnose.records.temperature_of_before import temperature_of_before
 from planner.diagnose.references.thermometer_offset import untold_offset
 from planner.diagnose.search.sensor import SensorFound
 from planner.diagnose.shapes.generic import variable_of
-from planner.dwells.table_rows import rows_of
 from planner.effects._shaped import plain_names
 from planner.errors import InputError
 from planner.nouns.diagnosis import FoundEffect, NotFound, Refused, UnitDiagnosis, Unknown, Untestable
@@ -50,13 +50,15 @@ def diagnose(
     together (diagnose.search); the seed is of the sign flips. Evidence is in the table's own order.
     Raises InputError when the table has no readings or too few rows.
     """
-    _check(table)
+    _check(table, len(table))
     gravity = gravity_of_turns(table)
     table = table if gravity is None else gravity.table
+    written = in_fahrenheit(table, [b.chamber.range for b in spec.benches.values() if b.chamber is not None])
+    table = table if written is None else written.table
     before = temperature_of_before(table)
     table = table if before is None else before.table
     seen = screened(table)
-    _check(rows_of(table, seen.kept))
+    _check(table, int(seen.kept.sum()))
     search = Search(spec, seed, progress)
     stays = without_off(table, seen.kept, search)
     kept, every = stays.kept, bool(stays.kept.all())
@@ -71,7 +73,7 @@ def diagnose(
     assumed = tuple(a for s in found for a in assumptions(s, spec, data))
     left = [*stays.off, *copies(data), *left_out(found, data)]
     wrong = (
-        *(one.suspect for one in (gravity, before) if one is not None),
+        *(one.suspect for one in (gravity, written, before) if one is not None),
         *seen.suspects,
         *judged.suspects,
         *(s for s in suspects(found) if not (late and s.hypothesis == LAGS)),
@@ -121,12 +123,13 @@ def _fitted(
     return found, effects, said, refused, [u for u in unsure if told.isdisjoint(u.channels)]
 
 
-def _check(table: DwellTable) -> None:
+def _check(table: DwellTable, rows: int) -> None:
+    """rows: that are left of it to be judged."""
     if table.gyro is None and table.acc is None:
         raise InputError(f"{table.source}: no readings: neither gyro_x_dps … nor acc_x_g … are there")
-    if len(table) < LEAST_ROWS:
+    if rows < LEAST_ROWS:
         raise InputError(
-            f"{table.source}: {len(table)} rows of unit {table.unit[0]} are too few for a diagnosis, "
+            f"{table.source}: {rows} rows of unit {table.unit[0]} are too few for a diagnosis, "
             f"which needs {LEAST_ROWS} at least"
         )
 

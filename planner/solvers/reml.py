@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.nouns.array import Array
-from planner.solvers.random_effects import RandomEffects
+from planner.solvers.random_effects import NoNoise, RandomEffects
 from planner.solvers.restricted_likelihood import (
     Sample,
     State,
@@ -184,11 +184,17 @@ def _slope(states: Sequence[State], expected: bool) -> tuple[Array, Array]:
 def improved(
     samples: Sequence[Sample], theta: Array, step: Array, now: float
 ) -> tuple[Array, list[State] | None]:
-    """The longest halved step that raises the likelihood; the noise keeps a tenth of what it was."""
+    """The longest halved step that raises the likelihood; the noise keeps a tenth of what it was.
+
+    One so long that V has no factor in rounding is too long.
+    """
     floor = np.where(np.arange(len(theta)) == 0, 0.1 * theta[0], 0.0)
     for halving in range(12):
         new = np.maximum(theta + step * 0.5**halving, floor)
-        states = _states(samples, new)
+        try:
+            states = _states(samples, new)
+        except NoNoise:
+            continue
         if np.isfinite(_total(states)) and _total(states) > now:
             return new, states
     return theta, None

@@ -14,7 +14,7 @@ from scipy.special import ndtr
 from planner.diagnose.channels.prepared import prepared
 from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.diagnose.noise.components import IN_RUN
-from planner.diagnose.records import another_unit
+from planner.diagnose.records import power_ons_in_order
 from planner.diagnose.records.not_as_said import screened
 from planner.diagnose.search.sensor import diagnose_sensor
 from planner.diagnose.vetoes.verdicts import _rests_on, _scatter
@@ -119,8 +119,8 @@ def test_another_unit_is_seen_in_some_of_very_many_power_ons(monkeypatch: pytest
     """Rows between the last judged power-on of this unit and the first of the other are not judged either."""
     table, _ = campaign(1, fault="mixed_units")
     whole = screened(table)
-    monkeypatch.setattr(another_unit, "MOST_ROWS", len(table) // 2)
-    monkeypatch.setattr(another_unit, "LEAST_OF_MANY", 20)
+    monkeypatch.setattr(power_ons_in_order, "MOST_ROWS", len(table) // 2)
+    monkeypatch.setattr(power_ons_in_order, "LEAST_OF_MANY", 20)
     some = screened(table)
     assert [s.hypothesis for s in whole.suspects] == [s.hypothesis for s in some.suspects] == ["mixed_units"]
     assert not np.any(some.kept & ~whole.kept)

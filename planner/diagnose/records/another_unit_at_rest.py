@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.channels.orthogonal import about_means, clear, orthonormal
-from planner.diagnose.records.leans_change import leans_change
+from planner.diagnose.records.another_unit_among import in_two_groups
+from planner.diagnose.records.changed_power_ons import SIDE
 from planner.diagnose.records.leans_of_a_few import few_in_turn
+from planner.diagnose.records.leans_of_sets import leans_of_sets
 from planner.nouns.array import Array
 
 ANOTHER = 1e-9  # p of all channels' leans together, over all places
@@ -24,17 +26,23 @@ OF_THE_BENCH = 0.9  # of what six leans explain: of six that are anything three 
 LEAST_RUNS = 4  # power-ons with rests, of which several say how leans scatter
 
 
-def another_at_rest(y: Array, u: Array, run: NDArray[np.int64], north: Array) -> tuple[float, int] | None:
+def another_at_rest(
+    y: Array, u: Array, run: NDArray[np.int64], north: Array, temperature: Array
+) -> tuple[float, int] | None:
     """Log p and the last power-on before the other unit; None where all rests may be of one.
 
-    y, u: (n, 3) readings and references at rest, run by run; run: (n,) 0 … runs − 1; north: (n, 3)
+    y, u: (n, 3) readings and references at rest, run by run; run: (n,) 0 … runs − 1; north: (n, 3);
+    temperature: (n,) degC
     """
     runs = int(run.max(initial=-1)) + 1
     if runs < LEAST_RUNS:
         return None
-    each = np.array([leans_change(y[:, a], u, a, run) for a in range(3)])
-    place = int(np.argmin(each.sum(axis=0)))
-    found, weakest = float(each[:, place].sum() + np.log(runs)), float(each[:, place].max() + np.log(runs))
+    order = np.arange(runs)
+    firsts = order[SIDE : runs - SIDE + 1]
+    each, _ = leans_of_sets(y, u, run, temperature, order >= firsts[:, None])
+    best = int(np.argmin(each.sum(axis=0)))
+    found, weakest = float(each[:, best].sum() + np.log(runs)), float(each[:, best].max() + np.log(runs))
+    place = int(firsts[best]) - 1
     if found > np.log(ANOTHER) or weakest > np.log(EACH) or not _is_no_bench(y, u, run, north, run > place):
         return None
     return found, place
@@ -48,6 +56,16 @@ def few_at_rest(
     if few is None or few.log_p > np.log(ANOTHER) or few.weakest > np.log(EACH):
         return None
     return (few.log_p, np.flatnonzero(few.there)) if _is_no_bench(y, u, run, north, few.there[run]) else None
+
+
+def some_at_rest(
+    y: Array, u: Array, run: NDArray[np.int64], north: Array, temperature: Array
+) -> tuple[float, NDArray[np.bool_]] | None:
+    """Log p and (runs,) power-ons here and there that are another unit's; the arguments of `few_at_rest`."""
+    two = in_two_groups(y, u, run, temperature)
+    if two is None or two[0] > np.log(ANOTHER) or two[1] > np.log(EACH):
+        return None
+    return (two[0], two[2]) if _is_no_bench(y, u, run, north, two[2][run]) else None
 
 
 def _is_no_bench(y: Array, u: Array, run: NDArray[np.int64], north: Array, there: NDArray[np.bool_]) -> bool:

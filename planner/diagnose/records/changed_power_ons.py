@@ -22,7 +22,7 @@ AS_MUCH = 1e-3  # of the most that is explained, which columns that are linear i
 CHI2_95 = 3.84  # of one degree of freedom, by which one set is better than another by chance
 
 LONGEST = 8  # power-ons in turn, that are neither a day's nor all behind one
-Span = Literal["throughout", "on", "day", "while", "alone"]
+Span = Literal["throughout", "on", "day", "while", "alone", "drift"]
 ORDER: tuple[Span, ...] = ("on", "day", "while", "alone")
 
 
@@ -59,6 +59,9 @@ def said(span: Span, runs: NDArray[np.int64]) -> dict[str, str]:
     if span == "day":
         which = f"runs {first} to {last}, those of one day"
         return {"when": f"in {which},", "before": f"for {which}", "there": "in these"}
+    if span == "drift":
+        grows = f"from run {first} to {last}, growing from day to day,"
+        return {"when": grows, "before": grows, "there": "at last "}
     if span == "while":
         return {
             "when": f"in runs {first} to {last}",

@@ -7,8 +7,10 @@ declared and of what is believed of the bench,
 
     t_r = hᵀz / |h|,   h the rows of power-on r,   off where |t_r| > FARTHER · median |t| / 0.6745
 
-on three channels: a power-on draws each of its biases by itself. What a search believes of the sensors is not
-taken off: of two power-ons at one temperature a shock of one was a drift over temperature of all channels.
+on three channels: a power-on draws each of its biases by itself. On one channel alone it is where |t_r| is
+more than four times as far, no other power-on comes near it and no draw of the budget is so large. What a
+search believes of the sensors is not taken off: of two power-ons at one temperature a shock of one was a
+drift over temperature of all channels.
 """
 
 from __future__ import annotations
@@ -24,8 +26,12 @@ from planner.diagnose.channels.prepared import Prepared
 from planner.diagnose.references.references import hypothesis
 from planner.diagnose.search.sensor import SensorFound
 from planner.nouns.array import Array
+from planner.protocols import Sensor
 
 FARTHER = 6.0  # sigma by the middle power-on: of three channels at once, with tails of t₃, 1 in 1e6 power-ons
+ALONE = 25.0  # sigma of one channel: of tails of t₃ 1 in 1e4, hardly any of which stands out so
+NEAREST = 1.0 / 3.0  # of it, that any other power-on of the channel may be
+BUDGETED = 6.0  # run-to-run sigmas of the spec's budget: more is no draw
 GAUSS = 0.6745  # median of |t| of one sigma
 LEAST = 0.05  # of a column's square, that what is declared must leave of it: else the level is its own
 EITHER = 0.9  # cosine of two levels, from which one says nearly what the other says
@@ -57,16 +63,46 @@ def levels_off(
     return np.flatnonzero(alike & off)
 
 
+def level_off(
+    found: Sequence[SensorFound], data: Prepared, told: NDArray[np.bool_]
+) -> tuple[NDArray[np.int64], str]:
+    """Places of the power-on that is off on one channel alone, and its name; one that may be it as well.
+
+    None where two channels have one, or where another power-on is as far off on any.
+    """
+    none = np.zeros(0, dtype=np.int64), ""
+    if len(data.table) * len(data.starts) > MOST_CELLS:
+        return none
+    off = []
+    for s in found:
+        for c in s.channels:
+            x = _Levels.of(s, c.axis)
+            best = int(np.argmax(np.where(x.known, np.abs(x.t), 0.0)))
+            rest = np.where(x.known, np.abs(x.without(best)), 0.0)
+            usual = float(np.median(rest[x.known])) / GAUSS if x.known.any() else np.inf
+            stands_out = np.abs(x.t[best]) * np.array([1.0 / ALONE, NEAREST]) > [usual, rest.max()]
+            if told[best] and stands_out.all() and abs(x.size[best]) > BUDGETED * _budget(data, s.sensor):
+                off.append((np.flatnonzero((x.cosine[best] ** 2 > EITHER**2) & told), c.name))
+    return off[0] if len(off) == 1 else none
+
+
+def _budget(data: Prepared, sensor: Sensor) -> float:
+    """Run-to-run sigma of the biases, SI, 0 without one."""
+    budgets = {} if data.unit is None else getattr(data.unit, sensor)
+    return float(budgets["bias"].run_to_run_largest or 0.0) if "bias" in budgets else 0.0
+
+
 @dataclass(frozen=True)
 class _Levels:
     """What a channel says of the level of each power-on: t (g,) in sigma; cosine: (g, g) of the columns h.
 
-    known: (g,) whose level something else tells
+    known: (g,) whose level something else tells; size: (g,) the level, SI
     """
 
     t: Array
     cosine: Array
     known: NDArray[np.bool_]
+    size: Array
 
     @classmethod
     def of(cls, s: SensorFound, axis: int) -> _Levels:
@@ -81,7 +117,7 @@ class _Levels:
         gram = whole - met[:, 1:] @ met[:, 1:].T  # of the levels clear of the basis
         known = np.diag(gram) > LEAST * np.diag(whole)
         size = np.where(known, 1.0 / np.sqrt(np.where(known, np.diag(gram), 1.0)), 0.0)
-        return cls(met[:, 0] * size, gram * np.outer(size, size), known)
+        return cls(met[:, 0] * size, gram * np.outer(size, size), known, met[:, 0] * size**2)
 
     def without(self, k: int) -> Array:
         """(g,) t beside a level of power-on k of its own."""

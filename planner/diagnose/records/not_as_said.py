@@ -56,6 +56,8 @@ def screened(table: DwellTable) -> Screened:
     kept &= ~_any(table, stuck)
     turned = _with_their_power_ons(table, {i: turn for i, turn in _turned(table).items() if kept[i]})
     kept[list(turned)] = False
+    beside = _beside_swapped(table, turned)
+    kept &= ~beside
     off = off_their_reference(table, kept)
     kept &= ~_any(table, off)
     none = (*stuck, *off)
@@ -64,6 +66,7 @@ def screened(table: DwellTable) -> Screened:
     left = (
         *_scaled_out(table, scaled),
         *_rows_out(table, turned),
+        *_beside_out(table, beside),
         *_none_out(table, none),
         *_still_out(table, still),
     )
@@ -193,30 +196,92 @@ def _with_their_power_ons(table: DwellTable, turned: dict[int, Array]) -> dict[i
     """The same with the rows of a unit upside down that read as if upright: those along the turn's axis.
 
     Where one turn explains every turned row of a power-on, and no other row of it speaks against that. Such a
-    row is small there only: its leans are those of the other side.
+    row is small there only: its leans are those of the other side. So are those of a sensor of which two
+    channels were swapped or one lost its sign: in the faces of the third axis their biases are the other's.
     """
     found = dict(turned)
     for run in sorted({int(table.run[i]) for i in turned}):
         rows = np.flatnonzero(table.run == run)
         mine = [i for i in rows.tolist() if i in turned]
         if SEVERAL <= len(mine) < len(rows):
-            stands = next((t for t in _TURNS if _explains(table, t, rows, mine)), None)
+            stands = next((t for t in _TURNS if _stood_so(table, t, rows, mine)), None)
             found |= {} if stands is None else dict.fromkeys(set(rows.tolist()) - set(mine), stands)
     return found
 
 
-def _explains(table: DwellTable, turn: Array, rows: NDArray[np.int64], turned: Sequence[int]) -> bool:
-    """Whether a turn makes the reading that of its label in the turned rows, and is nothing in the others."""
-    if np.linalg.det(turn) < 0.0:
-        return False  # a unit is turned over, not mirrored
-    others = np.setdiff1d(rows, turned)
-    for y, u, least, far in _judged(table):
-        scale = np.maximum(np.linalg.norm(u, axis=1), least)
-        moves = np.linalg.norm(u[others] @ turn.T - u[others], axis=1) > far * scale[others]
-        off = np.linalg.norm(y[turned] - u[turned] @ turn.T, axis=1) > far * scale[turned]
-        if moves.any() or off.any():
-            return False
-    return True
+def _stood_so(table: DwellTable, turn: Array, rows: NDArray[np.int64], turned: Sequence[int]) -> bool:
+    """Whether a turn of the unit explains all its sensors read, or two swapped channels all that one does."""
+    each = [(_explains(one, turn, rows, turned), one) for one in _judged(table)]
+    if np.linalg.det(turn) > 0.0:
+        return all(explains for explains, _ in each)
+    mine = list(turned)
+    moves = (bool(np.any(_moves(one, turn)[mine])) for _, one in each)
+    return _of_channels(turn) and any(e and m for (e, _), m in zip(each, moves, strict=True))
+
+
+def _moves(judged: tuple[Array, Array, float, float], turn: Array) -> NDArray[np.bool_]:
+    """(n,) rows whose reference another one is by a turn."""
+    _, u, least, far = judged
+    return np.asarray(
+        np.linalg.norm(u @ turn.T - u, axis=1) > far * np.maximum(np.linalg.norm(u, axis=1), least)
+    )
+
+
+def _beside_swapped(table: DwellTable, turned: dict[int, Array]) -> NDArray[np.bool_]:
+    """(n,) rows of power-ons that cannot tell whether channels are swapped in them, beside some that are.
+
+    Two channels of a sensor that are swapped in several power-ons, by one harness or one file, are so in
+    those between them too: rests do not turn. Only between two that tell is one as it should be.
+    """
+    out = np.zeros(len(table), dtype=bool)
+    runs = np.unique(table.run)
+    for judged in _judged(table):
+        y, u, least, far = judged
+        size = np.linalg.norm(u, axis=1)
+        off = np.linalg.norm(y - u, axis=1) > far * np.maximum(size, least)
+        mine = {i: turn for i, turn in turned.items() if off[i] and _of_channels(turn)}
+        for turn in np.unique(list(mine.values()), axis=0) if mine else ():
+            same = [i for i, t in turned.items() if np.array_equal(t, turn)]
+            rows = np.isin(np.arange(len(table)), same)
+            whole = runs[[bool(rows[table.run == run].all()) for run in runs]]
+            swapped = np.intersect1d(whole, table.run[list(mine)])
+            tells = np.isin(runs, table.run[_moves(judged, turn) & (size >= least)])
+            if len(swapped) >= SEVERAL:
+                out |= np.isin(table.run, runs[_nearest_is(np.isin(runs, swapped), tells)])
+    out[list(turned)] = False
+    return out
+
+
+def _nearest_is(swapped: NDArray[np.bool_], tells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(g,) power-ons that do not tell, before or behind which the nearest that tells is swapped."""
+    order = np.arange(len(tells))
+    before = np.maximum.accumulate(np.where(tells, order, -1))
+    behind = np.minimum.accumulate(np.where(tells, order, len(order))[::-1])[::-1]
+    known = np.append(swapped, False)  # −1 and g: none
+    return np.asarray(~tells & (known[before] | known[behind]))
+
+
+def _beside_out(table: DwellTable, rows: NDArray[np.bool_]) -> Iterator[RowLeftOut]:
+    for i in np.flatnonzero(rows).tolist():
+        said = f"run {int(table.run[i])} is beside power-ons with swapped channels, and does not tell"
+        yield RowLeftOut(int(table.run[i]), _step(table, i), "all", float("inf"), said, _condition(table, i))
+
+
+def _of_channels(turn: Array) -> bool:
+    """Whether it swaps two channels, or takes a sign from one: a unit is not mirrored."""
+    return bool(np.linalg.det(turn) < 0.0 and np.array_equal(turn, turn.T) and np.trace(turn) == 1.0)
+
+
+def _explains(
+    judged: tuple[Array, Array, float, float], turn: Array, rows: NDArray[np.int64], turned: Sequence[int]
+) -> bool:
+    """Whether a turn makes a reading that of its label in turned rows, and is nothing in others."""
+    y, u, least, far = judged
+    scale = np.maximum(np.linalg.norm(u, axis=1), least)
+    moves = _moves(judged, turn)[rows]
+    off = np.linalg.norm(y[rows] - u[rows] @ turn.T, axis=1) > far * scale[rows]
+    among = np.isin(rows, turned)
+    return not (np.any(moves & ~among) or np.any(off & among))
 
 
 def _judged(table: DwellTable) -> Iterator[tuple[Array, Array, float, float]]:

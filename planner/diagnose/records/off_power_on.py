@@ -20,7 +20,7 @@ from planner.diagnose.channels.orthogonal import clear, orthonormal
 from planner.diagnose.channels.prepared import Prepared
 from planner.diagnose.channels.unseen_runs import cells_of
 from planner.diagnose.records.left_out import whole_run
-from planner.diagnose.records.levels_off import levels_off
+from planner.diagnose.records.levels_off import level_off, levels_off
 from planner.diagnose.records.one_channel_off import alone
 from planner.diagnose.search.sensor import SensorFound
 from planner.nouns.array import Array
@@ -78,6 +78,9 @@ def off_power_on(found: Sequence[SensorFound], data: Prepared) -> Off | None:
         if 0 < len(off) <= EITHER:
             return Off(tuple(run[off].tolist()), every)
     places, channels = alone(found, data, told)
+    if not places and len(run) >= LEAST_RUNS:
+        off, name = level_off(found, data, told)
+        return Off(tuple(run[off].tolist()), (name,)) if 0 < len(off) <= EITHER else None
     if not places or (len(run) < LEAST_RUNS and len(channels) < CHANNELS):
         return None
     return Off(tuple(run[places].tolist()), every if len(channels) >= CHANNELS else tuple(channels))

@@ -20,8 +20,9 @@ W the whitened columns, Q the declared model and what is believed, z the residua
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,133 +36,30 @@ from planner.diagnose.noise.channel_noise import LEAST_RUNS as LEAST_RUNS_OF_A_S
 from planner.diagnose.noise.channel_noise import ChannelNoise
 from planner.diagnose.noise.shares import freedom_of
 from planner.diagnose.noise.whitened import log_p
-from planner.diagnose.records.changed_power_ons import LEAST_RUNS, Span, most, said, sets_of, sums_over
+from planner.diagnose.records.changed_power_ons import (
+    LEAST_RUNS,
+    Span,
+    most,
+    said,
+    sets_of,
+    sums_over,
+)
 from planner.diagnose.records.channels_agree import CHANCE, agree
+from planner.diagnose.records.kinds_of_change import GAIN, KINDS, WITHIN_POWER_ONS, Kind, read_out
 from planner.diagnose.records.size_within_power_ons import SEEN, size_within_power_ons
-from planner.diagnose.references.bench_directions import at_rest, horizontal, loaded, through_the_unit
-from planner.diagnose.references.references import MOST_SCALE, REFERENCES, Reference, hypothesis
+from planner.diagnose.references.bench_directions import through_the_unit
+from planner.diagnose.references.references import hypothesis
 from planner.diagnose.search.sensor import SensorFound
-from planner.measurement import sensed
 from planner.nouns.array import Array
-from planner.nouns.conditions import Conditions
 from planner.nouns.diagnosis import ReferenceSuspect
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import SENSORS, Sensor
 from planner.solvers.distributions import TWO_SIDED, chi_square_tail
 from planner.spec.references import BenchAccuracy
-from planner.units import STANDARD_GRAVITY_MPS2
 
 AS_BUDGETED = 1e-3  # p, above which power-ons that differ as they may are all there is
 LEFT = 0.03  # of its columns, squared, that curves over temperature must leave of a change, or it is theirs
 WITHIN = ("time_on", "time_on_and_temperature")  # no change of a reference goes with these
-MOST_RAD = 0.1  # 6 deg, beyond which θ × u is no rotation
-MOST_SHARE = 3.0  # of the horizontal rate: north that is south is 2
-
-Felt = Callable[[Sensor, Conditions], list[Array]]
-
-
-# ---------------------------------------------------------------- what may change
-
-
-@dataclass(frozen=True)
-class _Kind:
-    """A hypothesis about a reference that may begin in mid-campaign.
-
-    felt: what one unit of each coefficient adds to the true input, (n, 3) each; most: their length can be
-    where: in words; said: how unit or bench would then stand, with blanks for the coefficients
-    alone: whether it is told of single power-ons too (a mounting of one is `off_power_on`'s), and of whole
-        campaigns by the search
-    """
-
-    name: str
-    sensors: tuple[Sensor, ...]
-    felt: Felt
-    most: float
-    where: str
-    said: str
-    alone: bool = False
-
-    @property
-    def reference(self) -> Reference:
-        """What is known of it."""
-        return REFERENCES.get(self.name, _GAIN)
-
-
-def _mounted(sensor: Sensor, conditions: Conditions) -> list[Array]:
-    here = ~loaded(conditions)  # a centrifuge has a mounting of its own
-    u = sensed(sensor, conditions) * here[:, None]
-    return [np.cross(e, u) for e in np.eye(3)]
-
-
-def _mounted_on_the_arm(sensor: Sensor, conditions: Conditions) -> list[Array]:
-    u = sensed(sensor, conditions) * loaded(conditions)[:, None]
-    return [np.cross(e, u) for e in np.eye(3)]
-
-
-def _mounted_at_rest(sensor: Sensor, conditions: Conditions) -> list[Array]:
-    u = sensed(sensor, conditions) * at_rest(conditions)[:, None]
-    return [np.cross(e, u) for e in np.eye(3)]
-
-
-def _tilted(sensor: Sensor, conditions: Conditions) -> list[Array]:
-    still = at_rest(conditions)[:, None]
-    return [STANDARD_GRAVITY_MPS2 * still * v for v in horizontal(conditions)]
-
-
-def _turned_from_north(sensor: Sensor, conditions: Conditions) -> list[Array]:
-    still = at_rest(conditions)[:, None]
-    north, east = horizontal(conditions)
-    size = np.abs(np.sum(north * conditions.rate, axis=1, keepdims=True)) * still
-    return [size * north, size * east]
-
-
-def _scaled(sensor: Sensor, conditions: Conditions) -> list[Array]:
-    return [sensed(sensor, conditions) * ~loaded(conditions)[:, None]]
-
-
-def _read_out(sensor: Sensor, conditions: Conditions) -> list[Array]:
-    return [sensed(sensor, conditions)]
-
-
-_GAIN = Reference(
-    "mixed_units", SENSORS, "1", ("scale",), lambda c, table, place: sensed(c.sensor, table.conditions()),
-    "compare the gain or the range of the read-out before and after",
-)  # fmt: skip
-_ANEW = (
-    "look up whether the unit was mounted anew {before}: {where}{there} it is turned by {sizes} deg about "
-    "x, y and z on all channels alike"
-)
-_KINDS = (
-    _Kind("mounting", ("gyro", "accelerometer"), _mounted, MOST_RAD, "", _ANEW),
-    _Kind("mounting", ("gyro", "accelerometer"), _mounted_at_rest, MOST_RAD, "at rest, ", _ANEW),
-    _Kind("mounting", ("gyro", "accelerometer"), _mounted_on_the_arm, MOST_RAD, "on the centrifuge, ", _ANEW),
-    _Kind(
-        "base_tilt", ("accelerometer",), _tilted, MOST_RAD, "",
-        "look up whether the base settled or was levelled anew: {when} it leans by {sizes} deg along north "
-        "and east",
-        alone=True,
-    ),
-    _Kind(
-        "mixed_units", SENSORS, _read_out, MOST_SCALE, "",
-        "look up what was changed at the read-out of all channels: {when} they read by {sizes} of their "
-        "input more",
-    ),
-    _Kind(
-        "table_rate", ("gyro",), _scaled, MOST_SCALE, "",
-        "look up what was changed at the table: {when} it turns by {sizes} of its rate faster than the "
-        "reference says",
-    ),
-    _Kind(
-        "local_gravity", ("accelerometer",), _scaled, MOST_SCALE, "",
-        "look up whether the bench was moved: {when} gravity is larger by {sizes} of it",
-    ),
-    _Kind(
-        "azimuth", ("gyro",), _turned_from_north, MOST_SHARE, "",
-        "look up whether the fixture was turned: {when} {sizes} of the Earth's horizontal rate act along "
-        "north and east beside the reference",
-        alone=True,
-    ),
-)  # fmt: skip
 
 
 # ---------------------------------------------------------------- one that did
@@ -174,7 +72,7 @@ class OtherFromRunOn:
     runs: in which it is; span: which these are
     """
 
-    kind: _Kind
+    kind: Kind
     runs: NDArray[np.int64]
     span: Span
     gamma: Array
@@ -187,10 +85,10 @@ class OtherFromRunOn:
 
     def right(self, table: DwellTable) -> DwellTable:
         """The table with the references that the unit had, or with the readings of one gain."""
-        mine, conditions = np.isin(table.run, self.runs), table.conditions()
+        mine, conditions = np.isin(table.run, self.runs)[:, None], table.conditions()
         put = {}
-        if self.kind.reference is _GAIN:
-            by = np.where(mine, 1.0 + self.gamma[0], 1.0)[:, None]
+        if self.kind.reference is GAIN:
+            by = 1.0 + self.gamma[0] * mine
             gyro, acc = (None if y is None else y / by for y in (table.gyro, table.acc))
             return replace(table, gyro=gyro, acc=acc)
         for sensor in self.kind.sensors:
@@ -199,7 +97,7 @@ class OtherFromRunOn:
             if u is not None:
                 felt = self.kind.felt(sensor, conditions)
                 added = sum((g * d for g, d in zip(self.gamma, felt, strict=True)), np.zeros_like(u))
-                put[name] = u + np.where(mine[:, None], added, 0.0)
+                put[name] = u + mine * added
         return replace(table, **put)
 
     @property
@@ -222,7 +120,7 @@ def other_from_run_on(
     """The one change that explains most; None where that is how one power-on sat: it is off as a whole."""
     if len(data.starts) < LEAST_RUNS:
         return None
-    every = (_best(kind, found, data, benches) for kind in _KINDS)
+    every = (_best(kind, found, data, benches) for kind in KINDS)
     told = [one for one in every if one is not None]
     best = max(told, key=lambda one: one.strength**2 - 2.0 * len(one.gamma), default=None)
     return None if best is None or (best.span == "alone" and not best.kind.alone) else best
@@ -245,57 +143,115 @@ class _Sums:
     told: NDArray[np.bool_]
 
 
+@dataclass(frozen=True)
+class _Asked:
+    """A kind of change in every set of power-ons that may have it.
+
+    sets: (w, g) which power-ons; s2: of the channels' noise
+    """
+
+    kind: Kind
+    mine: list[SensorFound]
+    data: Prepared
+    sets: NDArray[np.bool_]
+    spans: list[Span]
+    sums: list[_Sums]
+    s2: float
+
+    @classmethod
+    def of(cls, kind: Kind, found: Sequence[SensorFound], data: Prepared) -> _Asked:
+        mine = [s for s in found if s.sensor in kind.sensors]
+        sets, spans = _sets(kind, data)
+        sums = [_sums(kind, s, axis, sets) for s in mine for axis in s.found.pool.state]
+        squares = [w.mean_square for s in mine for w in s.found.pool.state.values()]
+        s2 = max(float(np.mean(squares)), 1.0) if squares else 1.0
+        return cls(kind, mine, data, sets, spans, sums, s2)
+
+    def gram(self, k: int) -> Array:
+        """(k, k) of all channels, of one set."""
+        return np.asarray(np.sum([x.gram[k] for x in self.sums], axis=0))
+
+    def h(self, k: int) -> Array:
+        """(k,) of all channels, of one set."""
+        return np.asarray(np.sum([x.h[k] for x in self.sums], axis=0))
+
+    @cached_property
+    def delta(self) -> Array:
+        """(w,) what the change explains in each set."""
+        gram, h = np.sum([x.gram for x in self.sums], axis=0), np.sum([x.h for x in self.sums], axis=0)
+        return explained(gram, h, SEEN) / self.s2
+
+    def chance(self, k: int) -> float:
+        """Of so much in one set, over all sets and kinds.
+
+        A dozen power-ons tell their own spread by a dozen degrees of freedom.
+        """
+        tests, columns = float(len(self.spans) * len(KINDS)), len(self.h(k))
+        p = float(chi_square_tail(float(self.delta[k]), columns))
+        if tests * p <= CHANCE:
+            way = inverse_of_told(self.gram(k), SEEN)
+            freedom = freedom_of(_contrasts(self.kind, self.mine, self.sets[k], way))
+            p = float(np.exp(log_p(float(self.delta[k]), columns, freedom, 1.0)))
+        return min(1.0, tests * p)
+
+    def stands(self, k: int, found: Sequence[SensorFound]) -> bool:
+        """Whether it is more than what else may be it, and the channels agree on it."""
+        # by the search, of all records or those of a bench
+        searched = _told(found, self.kind) / self.s2 if self.kind.searched else 0.0
+        constant = searched if self.kind.drifts else max(float(self.delta[0]), searched)
+        throughout = constant - 2.0 * np.log(CHANCE) if searched > 0.0 else 0.0
+        if self.delta[k] < max(_misfit(found, self.kind), throughout):
+            return False
+        if not agree(
+            np.array([x.gram[k] for x in self.sums]), np.array([x.h[k] for x in self.sums]), self.s2
+        ):
+            return False
+        return self.kind.felt is not read_out or all(
+            _says(x.sensor, self.sums, k, self.s2) for x in self.sums
+        )
+
+    def sized(self, k: int, p: float, benches: Sequence[BenchAccuracy]) -> OtherFromRunOn | None:
+        """The change in one set with its size, or None where that is none."""
+        way, data = inverse_of_told(self.gram(k), SEEN), self.data
+        gamma, variance = way @ self.h(k), self.s2 * np.diag(way)
+        size = float(np.linalg.norm(gamma))
+        if size > self.kind.most:
+            return None
+        there = self.sets[k]
+        if self.kind.name == "mounting" and _draws_as_much(gamma, variance, data, there):
+            return None
+        half = TWO_SIDED * float(np.sqrt(gamma**2 @ variance)) / max(size, 1e-300)
+        stated = max(map(self.kind.reference.stated, benches), default=0.0)
+        square = float(np.sum(gamma**2 / (stated**2 + variance))) if stated > 0.0 else 0.0
+        told = OtherFromRunOn(
+            self.kind, data.table.run[data.starts[there]], self.spans[k], gamma, half,
+            tuple(x.name for x in self.sums), p, float(np.sqrt(self.delta[k])),
+            float(chi_square_tail(square, len(gamma))), float(stated),
+        )  # fmt: skip
+        if self.kind.felt not in WITHIN_POWER_ONS or self.spans[k] == "alone":
+            return told
+        within = self._within_power_ons(k, told)
+        return replace(told, gamma=within) if np.linalg.norm(within) <= self.kind.most else None
+
+    def _within_power_ons(self, k: int, told: OtherFromRunOn) -> Array:
+        """(k,) the coefficients by the noise of rows."""
+
+        def put_right(size: Array) -> DwellTable:
+            return replace(told, gamma=size).right(self.data.table)
+
+        see = [s for s in self.mine if any(x.told[k] for x in self.sums if x.sensor == s.sensor)]
+        return size_within_power_ons(self.kind.felt, see, self.data.starts, self.sets[k], put_right)
+
+
 def _best(
-    kind: _Kind, found: Sequence[SensorFound], data: Prepared, benches: Sequence[BenchAccuracy]
+    kind: Kind, found: Sequence[SensorFound], data: Prepared, benches: Sequence[BenchAccuracy]
 ) -> OtherFromRunOn | None:
-    mine = [s for s in found if s.sensor in kind.sensors]
-    sets, spans = sets_of(data.table.day[data.starts], kind.alone)
-    sums = [_sums(kind, s, axis, sets) for s in mine for axis in s.found.pool.state]
-    if len(sums) < 2:
+    asked = _Asked.of(kind, found, data)
+    if len(asked.sums) < 2:
         return None
-    gram, h = np.sum([x.gram for x in sums], axis=0), np.sum([x.h for x in sums], axis=0)
-    s2 = max(float(np.mean([w.mean_square for s in mine for w in s.found.pool.state.values()])), 1.0)
-    delta = explained(gram, h, SEEN) / s2
-    k = most(delta, spans)
-    tests, way = float(len(sets) * len(_KINDS)), inverse_of_told(gram[k], SEEN)
-    p = float(chi_square_tail(float(delta[k]), h.shape[1]))
-    if tests * p <= CHANCE:  # a dozen power-ons tell their own spread by a dozen degrees of freedom
-        freedom = freedom_of(_contrasts(kind, mine, sets[k], way))
-        p = float(np.exp(log_p(float(delta[k]), h.shape[1], freedom, 1.0)))
-    p = min(1.0, tests * p)
-    # by the search, of all records or those of a bench
-    searched = _told(found, kind) / s2 if kind.alone else 0.0
-    throughout = max(float(delta[0]), searched) - 2.0 * np.log(CHANCE) if searched > 0.0 else 0.0
-    if (
-        p > CHANCE
-        or delta[k] < max(_misfit(found, kind), throughout)
-        or not agree(np.array([x.gram[k] for x in sums]), np.array([x.h[k] for x in sums]), s2)
-        or (kind.felt is _read_out and not all(_says(x.sensor, sums, k, s2) for x in sums))
-    ):
-        return None
-    gamma = way @ h[k]
-    size = float(np.linalg.norm(gamma))
-    if size > kind.most:
-        return None
-    variance = s2 * np.diag(way)
-    if kind.name == "mounting" and _draws_as_much(gamma, variance, data, sets[k]):
-        return None
-    half = TWO_SIDED * float(np.sqrt(gamma**2 @ variance)) / max(size, 1e-300)
-    stated = max(map(kind.reference.stated, benches), default=0.0)
-    square = float(np.sum(gamma**2 / (stated**2 + variance))) if stated > 0.0 else 0.0
-    told = OtherFromRunOn(
-        kind, data.table.run[data.starts[sets[k]]], spans[k], gamma, half, tuple(x.name for x in sums),
-        p, float(np.sqrt(delta[k])), float(chi_square_tail(square, len(gamma))), float(stated),
-    )  # fmt: skip
-    if kind.felt not in (_scaled, _read_out, _mounted, _mounted_on_the_arm) or spans[k] == "alone":
-        return told
-
-    def put_right(size: Array) -> DwellTable:
-        return replace(told, gamma=size).right(data.table)
-
-    see = [s for s in mine if any(x.told[k] for x in sums if x.sensor == s.sensor)]
-    within = size_within_power_ons(kind.felt, see, data.starts, sets[k], put_right)
-    return replace(told, gamma=within) if np.linalg.norm(within) <= kind.most else None
+    k = 0 if kind.drifts else most(asked.delta, asked.spans)
+    p = asked.chance(k)
+    return asked.sized(k, p, benches) if p <= CHANCE and asked.stands(k, found) else None
 
 
 def _says(sensor: Sensor, sums: Sequence[_Sums], k: int, s2: float) -> bool:
@@ -305,7 +261,14 @@ def _says(sensor: Sensor, sums: Sequence[_Sums], k: int, s2: float) -> bool:
     return float(chi_square_tail(float(explained(gram, h, SEEN)[0]) / s2, h.shape[1])) < AS_BUDGETED
 
 
-def _sums(kind: _Kind, s: SensorFound, axis: int, sets: NDArray[np.bool_]) -> _Sums:
+def _sets(kind: Kind, data: Prepared) -> tuple[NDArray[np.bool_], list[Span]]:
+    """(w, g) power-ons that may have it; all of them, of what grows from day to day."""
+    if kind.drifts:
+        return np.ones((1, len(data.starts)), dtype=bool), ["drift"]
+    return sets_of(data.table.day[data.starts], kind.alone)
+
+
+def _sums(kind: Kind, s: SensorFound, axis: int, sets: NDArray[np.bool_]) -> _Sums:
     w = s.found.pool.state[axis]
     W, Q, z = _rows(kind, s, axis)
     drawn = w.noise.covariance.effects.drawn
@@ -317,7 +280,7 @@ def _sums(kind: _Kind, s: SensorFound, axis: int, sets: NDArray[np.bool_]) -> _S
     return _Sums(s.sensor, w.channel.name, gram * told[:, None, None], h * told[:, None], told)
 
 
-def _rows(kind: _Kind, s: SensorFound, axis: int) -> tuple[Array, Array, Array]:
+def _rows(kind: Kind, s: SensorFound, axis: int) -> tuple[Array, Array, Array]:
     """W, Q and z of a channel."""
     w, pool = s.found.pool.state[axis], s.found.pool
     felt = kind.felt(s.sensor, w.channel.model.conditions)
@@ -330,7 +293,7 @@ def _rows(kind: _Kind, s: SensorFound, axis: int) -> tuple[Array, Array, Array]:
 
 
 def _contrasts(
-    kind: _Kind, mine: Sequence[SensorFound], there: NDArray[np.bool_], way: Array
+    kind: Kind, mine: Sequence[SensorFound], there: NDArray[np.bool_], way: Array
 ) -> list[tuple[ChannelNoise, Array]]:
     """C (n, m) of every channel, whitened rows of some power-ons, in which Σ Cᵀz has unit covariance."""
     values, vectors = np.linalg.eigh(way)
@@ -359,16 +322,16 @@ def _draws_as_much(gamma: Array, variance: Array, data: Prepared, there: NDArray
     return bool(chi_square_tail(square, len(gamma)) > AS_BUDGETED)
 
 
-def _told(found: Sequence[SensorFound], kind: _Kind) -> float:
+def _told(found: Sequence[SensorFound], kind: Kind) -> float:
     """Δ of the same reference where a search believes it; 0 where none does."""
     mine = ((s, b) for s in found for b in s.found.library if _name(s, b) == kind.name)
     return max((float(s.found.share(b).delta) for s, b in mine), default=0.0)
 
 
-def _misfit(found: Sequence[SensorFound], kind: _Kind) -> float:
+def _misfit(found: Sequence[SensorFound], kind: Kind) -> float:
     """Δ that a strong effect of the bench may leave: its geometry is known roughly, its columns linear."""
     known = [(hypothesis(_name(s, b)), s.found.share(b).delta) for s in found for b in s.found.library]
-    same = kind.name if kind.alone else ""  # of all records: `throughout` has it
+    same = kind.name if kind.searched else ""  # of all records: `throughout` has it
     others = [(h, delta) for h, delta in known if h.bench_only and h.name != same]
     return max((max(h.misfit, SHARED_MISFIT) * delta for h, delta in others), default=0.0)
 
@@ -377,7 +340,7 @@ def _name(s: SensorFound, b: int) -> str:
     return s.found.pool.blocks[b].name
 
 
-def _of_other_kinds(s: SensorFound, axis: int, kind: _Kind) -> list[int]:
+def _of_other_kinds(s: SensorFound, axis: int, kind: Kind) -> list[int]:
     """What is believed of a channel and is not the change itself, which may look like an effect of days.
 
     So may it look like what has no name, but for what goes with the time since power-on: no reference does.
@@ -389,5 +352,5 @@ def _of_other_kinds(s: SensorFound, axis: int, kind: _Kind) -> list[int]:
         for b in s.found.library
         if axis in blocks[b].columns
         and "day" not in hypothesis(_name(s, b)).needs
-        and not (_name(s, b) == kind.name and kind.alone)
+        and not (_name(s, b) == kind.name and kind.searched)
     ]

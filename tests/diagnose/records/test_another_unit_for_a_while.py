@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -36,7 +37,7 @@ def rests(seed: int) -> Hall:
     return replace(hall, run=hall.run - 1)
 
 
-def of(hall: Hall, seed: int, runs: range) -> DwellTable:
+def of(hall: Hall, seed: int, runs: Sequence[int]) -> DwellTable:
     """The readings of another unit in some power-ons."""
     one, other, there = read(hall, seed), read(hall, seed + 1000), np.isin(hall.run, runs)[:, None]
     assert one.gyro is not None

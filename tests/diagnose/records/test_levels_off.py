@@ -74,3 +74,26 @@ def test_levels_of_wide_spreads_are_those_of_the_unit(seed: int) -> None:
     assert table.gyro is not None
     found = whole(replace(table, gyro=table.gyro + np.radians(level[which])))
     assert not found.rows_left_out
+
+
+@pytest.mark.parametrize("seed", [31, 32])
+@pytest.mark.further("seed", [33, 34])
+def test_one_channel_that_was_shocked_beyond_any_draw(seed: int) -> None:
+    """An accelerometer that was off by 20 mg in one power-on of 36 had its budget exceeded, no more."""
+    hall, run = days(seed, 36), 5 + seed % 7
+    here = (hall.run == run).astype(float)
+    found = whole(hidden(read(hall, seed), "acc", 1, 0.02 * here))
+    assert {(row.run, row.channel) for row in found.rows_left_out} == {(run, "accelerometer_y")}
+    assert all("accelerometer y alone" in row.guess for row in found.rows_left_out)
+    assert not found.budget_exceeded
+    assert not found.effects
+
+
+@pytest.mark.parametrize("seed", [41, 42])
+def test_one_channel_that_draws_much_is_noisy(seed: int) -> None:
+    """Levels with tails, and a spread six times the budget: no power-on of it stands alone."""
+    hall, rng = days(seed, 36), np.random.default_rng([seed, 92])
+    drawn = 3e-3 * rng.standard_t(4.0, hall.run.max() + 1)[hall.run]
+    found = whole(hidden(read(hall, seed), "acc", 1, drawn))
+    assert not found.rows_left_out
+    assert found.budget_exceeded

@@ -148,7 +148,7 @@ def test_nothing_weaker_is_put_right_where_one_power_on_sat_crooked(
     """A gain of the read-out was, by 2e9 of the input, and the crooked power-on stayed as a spread of all."""
     judged = Search(SPEC, 1, lambda _: None).judged(read(days(431, 5), 431))
 
-    def told(kind: asked._Kind, *_: object) -> asked.OtherFromRunOn | None:
+    def told(kind: asked.Kind, *_: object) -> asked.OtherFromRunOn | None:
         strength = {"mounting": crooked, "mixed_units": gain}.get(kind.name)
         span: Span = "alone" if kind.name == "mounting" else "on"
         runs, gamma = np.array([2]), np.array([1e-3])

@@ -142,3 +142,43 @@ def test_a_fixture_that_is_turned_is_an_azimuth_with_the_run(seed: int, only: bo
     assert suspect.hypothesis == "azimuth"
     assert ("in run 15 alone" if only else "from run 15 on") in suspect.check
     assert abs(suspect.value - np.sqrt(2.0)) < suspect.high - suspect.low
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+@pytest.mark.further("seed", [1, 2, 5])
+def test_a_tilt_is_sized_by_the_noise_of_rows(seed: int) -> None:
+    """In noise that the tilt had made it was known to a twentieth; the rest was products of loads."""
+    hall, rng = axes_apart(seed), np.random.default_rng([seed, 71])
+    about = rng.uniform(0.0, 2.0 * np.pi, len(hall.run))[:, None]
+    north = np.cos(about) * hall.north + np.sin(about) * np.cross(hall.up, hall.north)
+    hall = replace(hall, north=north)
+    east, later = np.cross(north, hall.up), ((hall.run >= 13) & ~hall.turns)[:, None]
+    size, way = np.radians(0.2), rng.uniform(0.0, 2.0 * np.pi)
+    up = hall.up + later * size * (np.cos(way) * north + np.sin(way) * east)
+    found = whole(read(hall, seed, felt=replace(hall, up=up)))
+    assert not found.effects
+    (suspect,) = found.reference_suspects
+    assert suspect.hypothesis == "base_tilt"
+    assert suspect.value == pytest.approx(0.2, rel=0.005)
+
+
+@pytest.mark.parametrize("layout", ["days", "few"])
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.further("seed", [3, 4])
+def test_a_base_that_settles_from_day_to_day(seed: int, layout: str) -> None:
+    """It leaned from mid-campaign on, by two thirds, with budgets exceeded or a sensor blamed."""
+    hall, rng = LAYOUTS[layout][0](seed), np.random.default_rng([seed, 72])
+    about = rng.uniform(0.0, 2.0 * np.pi, len(hall.run))[:, None]
+    hall = replace(hall, north=np.cos(about) * hall.north + np.sin(about) * np.cross(hall.up, hall.north))
+    since = hall.day - hall.day.min()
+    share, way = ~hall.turns * since / since.max(), rng.uniform(0.0, 2.0 * np.pi)
+    lean = np.cos(way) * hall.north + np.sin(way) * np.cross(hall.north, hall.up)
+    up = hall.up + np.radians(0.15) * share[:, None] * lean
+    found = whole(read(hall, seed, felt=replace(hall, up=up)))
+    assert not found.effects
+    assert not found.unknown
+    assert not found.budget_exceeded
+    (suspect,) = found.reference_suspects
+    assert suspect.hypothesis == "base_tilt"
+    assert suspect.value == pytest.approx(0.15, rel=0.03)
+    assert "settles" in suspect.check
