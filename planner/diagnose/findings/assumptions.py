@@ -121,10 +121,11 @@ def _told(w: Whitened, own: ChannelNoise, names: Sequence[str], part: str) -> _T
     seen_of = [k for k in here if own.variances.free[k]]  # what others came out as zero may be is none of it
     here = seen_of or here
     one = _Told(w, own, tuple(here), *_sum(own, here))
-    theirs = {name: k for k, name in enumerate(w.noise.components)}
+    common = w.noise.by_rows
+    theirs = {name: k for k, name in enumerate(common.components)}
     there = tuple(theirs[own.components[k]] for k in here if own.components[k] in theirs)
-    if one.relative >= KNOWN and own is not w.noise and there and part != "in_run":
-        return _Told(w, w.noise, there, *_sum(w.noise, there))
+    if one.relative >= KNOWN and own is not common and there and part != "in_run":
+        return _Told(w, common, there, *_sum(common, there))
     return one
 
 
@@ -161,7 +162,7 @@ def _noise(s: SensorFound, w: Whitened, budgets: Mapping[str, ErrorBudget], data
     that were made alike, made both noise.
     """
     if "bias" not in budgets:
-        return w.noise
+        return w.noise.by_rows
     pool, axis = s.found.pool, w.channel.axis
     mine = [pool.blocks[b].columns[axis] for b in s.found.all if axis in pool.blocks[b].columns]
     believed = np.column_stack([np.empty((len(w.z), 0)), *mine])
@@ -172,7 +173,7 @@ def _noise(s: SensorFound, w: Whitened, budgets: Mapping[str, ErrorBudget], data
         drawn = (LEANS,) if leans is not None and leans.has_run_to_run else ()
         return channel_noise(few.with_noise(drawn=drawn))
     most = 1.0 if IN_RUN in w.noise.components else CHANCE
-    return wander(w, believed, data.table.time_on, budgets["bias"].in_run_time, most) or w.noise
+    return wander(w, believed, data.table.time_on, budgets["bias"].in_run_time, most) or w.noise.by_rows
 
 
 def _unbudgeted(a: Assumption) -> Assumption:

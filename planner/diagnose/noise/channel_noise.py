@@ -62,6 +62,7 @@ class ChannelNoise:
     components: names of the variances in the order of `variances.theta`; sample: rows and columns they are
         judged from; drawn: as in Readings
     known: (n, k) whitened columns of coefficients that are known beforehand, each times its sigma
+    rows: the noise as the rows alone say, where a budget was asked beside them
     """
 
     covariance: Covariance | BlockCovariance
@@ -72,6 +73,12 @@ class ChannelNoise:
     sample: Sample
     drawn: tuple[str, ...] = ()
     known: Array | None = None
+    rows: ChannelNoise | None = None
+
+    @property
+    def by_rows(self) -> ChannelNoise:
+        """The noise as the rows alone say: what is held against a budget has none of the budget in it."""
+        return self.rows or self
 
     def whiten(self, columns: Array) -> Array:
         """V^(−1/2) (n, m); (I + K Kᵀ)^(−1/2) V^(−1/2) with what is known beforehand, K = U s Wᵀ."""

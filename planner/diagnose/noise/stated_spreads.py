@@ -46,7 +46,7 @@ def with_stated(noise: ChannelNoise, budgets: Mapping[str, ErrorBudget]) -> Chan
     if np.array_equal(theta, v.theta):
         return noise
     wider = replace(v, theta=theta, error=v.error * np.outer(growth, growth))
-    return replace(noise, variances=wider, covariance=covariance(noise.covariance.effects, theta))
+    return replace(noise, variances=wider, covariance=covariance(noise.covariance.effects, theta), rows=noise)
 
 
 def _both(noise: ChannelNoise, k: int, stated: float) -> tuple[float, float]:

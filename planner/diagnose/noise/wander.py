@@ -143,6 +143,7 @@ def wander(
         w.noise,
         variances=known,
         components=(*w.noise.components[: len(start)], IN_RUN),
+        rows=None,
         sample=replace(sample, effects=replace(sample.effects, drifts=(drift,))),
     )
 

@@ -53,6 +53,7 @@ def test_what_whitens_has_the_spread_that_is_said(seed: int) -> None:
     again = covariance(noise.sample.effects, both.variances.theta)
     assert np.allclose(both.whiten(np.eye(30)), again.whiten(np.eye(30)))
     assert both.variances.theta[0] == noise.variances.theta[0]
+    assert both.by_rows is noise  # what a spread is held against its budget by
 
 
 @pytest.mark.parametrize("times", [0.1, 1.0, 10.0])
