@@ -26,7 +26,7 @@ from planner.spec.budget import ErrorBudget
 WITHIN = 2.0 * np.log(2.0)  # one sigma of the log of a variance of which a budget is the sigma
 BEYOND = 12.0  # of the log of a variance, at which neither rows nor budget have any of it
 GRID = 400
-KNOWN = 0.1  # of a variance, to which two hundred power-ons tell it: a budget says nothing then
+KNOWN = 0.2  # of a variance, to which fifty power-ons tell it: a budget's share is then (0.2 / WITHIN)², 2 %
 DRAWN = ("scale_factor", LEANS)
 
 
@@ -54,7 +54,7 @@ def _both(noise: ChannelNoise, k: int, stated: float) -> tuple[float, float]:
     theta, error = float(noise.variances.theta[k]), float(np.sqrt(max(noise.variances.error[k, k], 0.0)))
     if error <= KNOWN * theta:
         return theta, 1.0
-    whole, half = errors(noise, [k])  # of a variance that came out as zero they are none
+    whole, half = errors(noise, [k]) if noise.variances.free[k] else (0.0, 0.0)  # none where it came out zero
     law = spread_law(theta, error, error * half / whole if whole > 0.0 else error)
     mean, sigma = by_both(law, stated)
     return mean, sigma / error
