@@ -30,7 +30,15 @@ from planner.diagnose.search.sensor import SensorFound
 from planner.diagnose.shapes.generic import variable_of
 from planner.effects._shaped import plain_names
 from planner.errors import InputError
-from planner.nouns.diagnosis import FoundEffect, NotFound, Refused, UnitDiagnosis, Unknown, Untestable
+from planner.nouns.diagnosis import (
+    FoundEffect,
+    NotFound,
+    ReferenceSuspect,
+    Refused,
+    UnitDiagnosis,
+    Unknown,
+    Untestable,
+)
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Sensor
 from planner.spec.model import Spec
@@ -51,12 +59,7 @@ def diagnose(
     Raises InputError when the table has no readings or too few rows.
     """
     _check(table, len(table))
-    gravity = gravity_of_turns(table)
-    table = table if gravity is None else gravity.table
-    written = in_fahrenheit(table, [b.chamber.range for b in spec.benches.values() if b.chamber is not None])
-    table = table if written is None else written.table
-    before = temperature_of_before(table)
-    table = table if before is None else before.table
+    table, rewritten = _as_meant(table, spec)
     seen = screened(table)
     _check(table, int(seen.kept.sum()))
     search = Search(spec, seed, progress)
@@ -73,7 +76,7 @@ def diagnose(
     assumed = tuple(a for s in found for a in assumptions(s, spec, data))
     left = [*stays.off, *copies(data), *left_out(found, data)]
     wrong = (
-        *(one.suspect for one in (gravity, written, before) if one is not None),
+        *rewritten,
         *seen.suspects,
         *judged.suspects,
         *(s for s in suspects(found) if not (late and s.hypothesis == LAGS)),
@@ -97,6 +100,18 @@ def diagnose(
         refused=(*(r for s in found for r in _refused(s)), *spans),
         kept=None if every else kept,
     )
+
+
+def _as_meant(table: DwellTable, spec: Spec) -> tuple[DwellTable, list[ReferenceSuspect]]:
+    """The table with what was written in it otherwise than it is meant, and what is said of that."""
+    chambers = [b.chamber.range for b in spec.benches.values() if b.chamber is not None]
+    said = []
+    for asked in (gravity_of_turns, lambda t: in_fahrenheit(t, chambers), temperature_of_before):
+        one = asked(table)
+        if one is not None:
+            table = one.table
+            said.append(one.suspect)
+    return table, said
 
 
 def _fitted(

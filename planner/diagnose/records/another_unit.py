@@ -132,16 +132,23 @@ def _said(
     table, first = rows.table, int(rows.number[best + 1])
     of_one, of_other = table.run <= rows.number[low], table.run >= rows.number[high + 1]
     out = ~of_one if np.sum(rows.run <= low) >= np.sum(rows.run > high) else ~of_other
-    suspect = ReferenceSuspect(
-        "mixed_units", float(first), float(rows.number[low + 1]), float(rows.number[high + 1]), "run",
-        channels_of(table), float(np.exp(max(p, -700.0))), float("inf"),
-        f"compare the serial numbers before and from run {first} on", float("inf"),
-    )  # fmt: skip
+    ends = float(rows.number[low + 1]), float(rows.number[high + 1])
+    suspect = _suspect(table, p, first, ends, f"compare the serial numbers before and from run {first} on")
     note = (
         f"from run {first} on {others} are others: rows of another unit, or this one mounted anew or after a "
         f"shock; {int(out.sum())} rows are not judged"
     )
     return AnotherUnit(~out, suspect, note, p)
+
+
+def _suspect(
+    table: DwellTable, p: float, first: int, ends: tuple[float, float], check: str
+) -> ReferenceSuspect:
+    """p: log; ends: the first and the last power-on that may be the first of the other unit."""
+    return ReferenceSuspect(
+        "mixed_units", float(first), *ends, "run", channels_of(table), float(np.exp(max(p, -700.0))),
+        float("inf"), check, float("inf"),
+    )  # fmt: skip
 
 
 def _said_of_a_few(rows: InOrder, p: float, runs: NDArray[np.int64]) -> AnotherUnit:
@@ -165,11 +172,8 @@ def _said_of_some(rows: InOrder, p: float, there: NDArray[np.bool_]) -> AnotherU
 
 
 def _said_of_runs(table: DwellTable, p: float, which: str, first: int, out: NDArray[np.bool_]) -> AnotherUnit:
-    suspect = ReferenceSuspect(
-        "mixed_units", float(first), float(first), float(first), "run", channels_of(table),
-        float(np.exp(max(p, -700.0))), float("inf"),
-        f"compare the serial numbers of {which} with those of the others", float("inf"),
-    )  # fmt: skip
+    check = f"compare the serial numbers of {which} with those of the others"
+    suspect = _suspect(table, p, first, (float(first), float(first)), check)
     note = (
         f"in {which} misalignments of the accelerometers are others: rows of another unit; "
         f"{int(out.sum())} rows are not judged"
