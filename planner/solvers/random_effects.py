@@ -201,10 +201,16 @@ class RandomEffects:
         drawn, out = self.drawn(self.slopes.T, A), np.empty((self.count, A.shape[1], A.shape[1]))
         a, c = len(self.diagonals), len(self.diagonals) + len(self.slopes)
         for k in range(self.count):
-            left = np.sqrt(self.diagonals[k])[:, None] * A if k < a else drawn[:, k - a] if k < c else A
+            left = self._root_of(k, A) if k < a else drawn[:, k - a] if k < c else A
             right = self._drifted(k, A) if k >= c else left
             np.matmul(left.T, right, out=out[k])
         return out.reshape(self.count, A.shape[1] ** 2)
+
+    def _root_of(self, k: int, A: Array) -> Array:
+        """V_k^(½) A of a diagonal one, of the rows where it is something: some noise goes with the rate."""
+        here = self.diagonals[k] > 0.0
+        rows = slice(None) if here.all() else here
+        return np.asarray(np.sqrt(self.diagonals[k, rows])[:, None] * A[rows])
 
     def _drifted(self, k: int, A: Array) -> Array:
         out = np.empty_like(A)

@@ -122,11 +122,13 @@ def _inverse_root(information: Array) -> Array:
 
 def derivatives(s: State) -> tuple[Array, Array]:
     """Score (K,) and expected information (K, K): traces of V_k and P = V⁻¹ − root rootᵀ."""
-    v = s.v
-    quadratic = _quadratics(s)
-    trace = v.traces - v.within(s.root)
-    information = v.double_traces() - 2.0 * v.between(s.root)
-    return 0.5 * (quadratic - trace), 0.5 * information
+    trace = s.v.traces - s.v.within(s.root)
+    return 0.5 * (_quadratics(s) - trace), _expected_information(s)
+
+
+def _expected_information(s: State) -> Array:
+    """(K, K) ½ tr P V_k P V_l."""
+    return np.asarray(0.5 * s.v.double_traces() - s.v.between(s.root))
 
 
 def _quadratics(s: State) -> Array:
@@ -168,6 +170,5 @@ def reml_information(sample: Sample, theta: Array) -> Array:
     size = sample.effects.mean_sizes()
     scaled = sample.effects.scaled(1.0 / size)
     total = max(float(np.sum(theta * size)), 1e-300)
-    state = state_of(np.zeros(len(sample.y)), sample.basis, scaled, theta * size / total)
-    _, information = derivatives(state)
-    return np.asarray(information * np.outer(size, size) / total**2)
+    state = state_of(sample.left, sample.basis, scaled, theta * size / total)
+    return _expected_information(state) * np.outer(size, size) / total**2

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,24 +124,22 @@ def thermometer_of_power_ons(
     fit = _fit_of(found, table, points)
     if not len(sets) or len(fit.channels) < 2:
         return None
-    plain = fit.grams(np.zeros(len(table)))
-    asked, best = [*dict.fromkeys(fit.glimpsed(plain, data.starts, sets))], (np.inf, 0, 0.0)
+    asked, best = [*dict.fromkeys(fit.glimpsed(data.starts, sets))], (np.inf, 0, 0.0)
     if not asked:
         return None
-    as_read = min(fit.criterion(plain)[0], fit.criterion_of_tables())
+    as_read = min(float(fit.criterion(fit.as_read)[0]), fit.criterion_of_tables())
+    offsets = np.arange(-MOST_K, MOST_K + STEP_K / 2.0, STEP_K)
     for k in asked:
-        here = _rows_of(sets[k], data)
-        offsets = np.arange(-MOST_K, MOST_K + STEP_K / 2.0, STEP_K).tolist()
-        c, offset = min((fit.criterion(fit.grams(d * here))[0], d) for d in offsets)
-        best = min(best, (c, k, offset))
+        each = fit.criterion(fit.moved(_rows_of(sets[k], data)).grams(offsets))[0]
+        best = min(best, (float(each.min()), k, float(offsets[each.argmin()])))
     if not as_read - best[0] > SURE + 2.0 * np.log(len(sets)):
         return None
     _, k, offset = best
-    here = _rows_of(sets[k], data)
-    sized = fit.sized(here, offset)
+    sized = fit.sized(_rows_of(sets[k], data), offset)
     if which[k] == "on":  # slopes tell the place only roughly, of curves that had the offset in them
         places = [i for i, one in enumerate(which) if one == "on"]
-        k = min((fit.criterion(fit.grams(sized.value * _rows_of(sets[i], data)))[0], i) for i in places)[1]
+        moved = {i: fit.moved(_rows_of(sets[i], data)).grams(np.array([sized.value])) for i in places}
+        k = min((float(fit.criterion(grams)[0][0]), i) for i, grams in moved.items())[1]
         sized = fit.sized(_rows_of(sets[k], data), sized.value)
     few = np.count_nonzero(sized.falls > CHI2_999) < SEVERAL
     if few or not sized.half < abs(sized.value) < MOST_K or sized.left.max() > LEFT:
@@ -245,34 +244,44 @@ class _Fit:
     channels: Sequence[_Channel]
     most: int
 
-    def grams(self, offset: Array) -> list[Array]:
-        """AᵀA of every channel, A the curves of the largest degree and all else, at T − offset (n,)."""
+    def _columns(self, c: _Channel) -> Array:
+        """(n, m) whitened A of a channel: curves of the largest degree as read, and all else."""
         t = self.table.temperature_degc
-        basis = curves(t, t - offset, self.most)
-        stacked = (np.column_stack([c.curved(basis), c.fixed]) for c in self.channels)
-        return [A.T @ A for A in stacked]
+        return np.column_stack([c.curved(curves(t, t, self.most)), c.fixed])
 
-    def criterion(self, grams: Sequence[Array]) -> tuple[float, int]:
-        """The least C of all degrees, and the degree."""
-        return min((self._schwarz([self._left(G, d) for G in grams]), d) for d in range(1, self.most + 1))
+    @cached_property
+    def as_read(self) -> list[Array]:
+        """(m, m) AᵀA of every channel."""
+        return [A.T @ A for A in map(self._columns, self.channels)]
+
+    def moved(self, here: Array) -> _Moved:
+        """The same where the rows of some power-ons, here (n,) 1, may have another temperature."""
+        rows = here > 0.0
+        parts = [A.T @ A for A in (self._columns(c)[rows] for c in self.channels)]
+        t = self.table.temperature_degc
+        return _Moved(t, self.most, [G - part for G, part in zip(self.as_read, parts, strict=True)], parts)
+
+    def criterion(self, grams: Sequence[Array]) -> tuple[Array, NDArray[np.int64]]:
+        """(…,) the least C of all degrees, and the degree, of products (…, m, m) of every channel."""
+        degrees = range(1, self.most + 1)
+        each = np.array([self._schwarz([self._left(G, d) for G in grams]) for d in degrees])
+        return each.min(axis=0), np.asarray(1 + each.argmin(axis=0))
 
     def criterion_of_tables(self) -> float:
         """C of straight lines between the points at which the chamber was read."""
         t = self.table.temperature_degc
         basis = hats(t, temperature_nodes(t), GAP_K)
         stacked = (np.column_stack([c.curved(basis), c.fixed]) for c in self.channels)
-        return self._schwarz([_regressed(A.T @ A, 2 * basis.shape[1]) for A in stacked])
+        return float(self._schwarz([_regressed(A.T @ A, 2 * basis.shape[1]) for A in stacked]))
 
-    def glimpsed(
-        self, grams: Sequence[Array], starts: NDArray[np.int64], sets: NDArray[np.bool_]
-    ) -> Iterator[int]:
+    def glimpsed(self, starts: NDArray[np.int64], sets: NDArray[np.bool_]) -> Iterator[int]:
         """The sets whose slopes say most, of curves as bent as is best and of less; none if by chance."""
-        best = self.criterion(grams)[1]
+        best = int(self.criterion(self.as_read)[1])
         for degree in sorted({best, (best + 1) // 2}):
             chosen = sets.astype(float)
             square, along = np.zeros(len(sets)), np.zeros(len(sets))
-            for c, G in zip(self.channels, grams, strict=True):
-                s2 = max(self._left(G, degree)[0] / len(self.table), 1.0)
+            for c, G in zip(self.channels, self.as_read, strict=True):
+                s2 = max(float(self._left(G, degree)[0]) / len(self.table), 1.0)
                 one, other = self._slopes(c, G, degree, starts, chosen)
                 square, along = square + one / s2, along + other / s2
             delta = np.where(square > 0.0, along**2 / np.maximum(square, 1e-300), 0.0)
@@ -281,26 +290,28 @@ class _Fit:
 
     def sized(self, here: Array, near: float) -> _Sized:
         """The offset at which curves leave least, about one (`near`) at which C is least."""
-        degree = self.criterion(self.grams(near * here))[1]
+        moved = self.moved(here)
+        degree = int(self.criterion(moved.grams(np.array([near])))[1][0])
 
-        def left(offset: float) -> Array:
-            return np.array([self._left(G, degree)[0] for G in self.grams(offset * here)])
+        def left(*some: float) -> Array:
+            return np.array([self._left(G, degree)[0] for G in moved.grams(np.array(some))]).T
 
-        offsets, each, step = np.array([near]), left(near)[None], STEP_K
+        offsets, each, step = np.array([near]), left(near), STEP_K
         for _ in range(2):  # S is no parabola over all of a coarse step, where slopes of curves change
             best = float(offsets[np.argmin(each.sum(axis=1))])
             finer = best + np.linspace(-step, step, 2 * FINE + 1)
             offsets = np.append(offsets, finer)
-            each = np.vstack([each, [left(x) for x in finer.tolist()]])
+            each = np.vstack([each, left(*finer.tolist())])
             step /= FINE
         finest = each[-(2 * FINE + 1) :].sum(axis=1)
         i = int(np.clip(np.argmin(finest), 1, 2 * FINE - 1))
         a, b, _ = np.polyfit(finer[i - 1 : i + 2] - finer[i], finest[i - 1 : i + 2], 2)
         value = float(finer[i] + np.clip(-b / (2.0 * a), -step, step)) if a > 0.0 else float(finer[i])
-        now, s2 = left(value), max(float(finest.min()) / self._freedom(degree), 1.0)
-        least = np.minimum(now, np.vstack([each, [left(value - WIDE_K), left(value + WIDE_K)]]).min(axis=0))
+        now, as_read, *wide = left(value, 0.0, value - WIDE_K, value + WIDE_K)
+        s2 = max(float(finest.min()) / self._freedom(degree), 1.0)
+        least = np.minimum(now, np.vstack([each, wide]).min(axis=0))
         half = float(np.sqrt(CHI2_95 * s2 / a)) if a > 0.0 else np.inf
-        return _Sized(value, half, (left(0.0) - now) / s2, (now - least) / s2, now / len(self.table))
+        return _Sized(value, half, (as_read - now) / s2, (now - least) / s2, now / len(self.table))
 
     def _slopes(
         self, c: _Channel, G: Array, degree: int, starts: NDArray[np.int64], chosen: Array
@@ -320,27 +331,64 @@ class _Fit:
         cross = of_sets[:, 2:]
         return np.maximum(of_sets[:, 0] - np.sum((cross @ way) * cross, axis=1), 0.0), of_sets[:, 1]
 
-    def _left(self, G: Array, degree: int) -> tuple[float, int]:
-        """What curves of a degree leave of a channel, of whose largest the products are; how many columns."""
+    def _left(self, G: Array, degree: int) -> tuple[Array, int]:
+        """(…,) what curves of a degree leave of a channel, G (…, m, m) of the largest; how many columns."""
         n = self.most + 1
-        keep = [*range(degree + 1), *range(n, n + degree + 1), *range(2 * n, len(G))]
-        return _regressed(G[np.ix_(keep, keep)], 2 * (degree + 1))
+        keep = np.array([*range(degree + 1), *range(n, n + degree + 1), *range(2 * n, G.shape[-1])])
+        return _regressed(G[..., keep[:, None], keep], 2 * (degree + 1))
 
     def _freedom(self, degree: int) -> int:
         columns = sum(2 * (degree + 1) + int(c.fixed.shape[1]) - 1 for c in self.channels)
         return max(len(self.channels) * len(self.table) - columns, 1)
 
-    def _schwarz(self, each: Sequence[tuple[float, int]]) -> float:
+    def _schwarz(self, each: Sequence[tuple[Array, int]]) -> Array:
         count = len(self.channels) * len(self.table)
-        left, columns = sum(x for x, _ in each), sum(k for _, k in each)
-        return count * float(np.log(max(left, 1e-300) / count)) + columns * float(np.log(count))
+        left, columns = np.sum([x for x, _ in each], axis=0), sum(k for _, k in each)
+        return np.asarray(count * np.log(np.maximum(left, 1e-300) / count) + columns * np.log(count))
 
 
-def _regressed(G: Array, target: int) -> tuple[float, int]:
-    """What regression leaves of the square of one column of A by the others, of AᵀA; how many these are."""
-    others = np.delete(np.arange(len(G)), target)
-    size = np.sqrt(np.maximum(np.diag(G)[others], 1e-300))
-    X = G[np.ix_(others, others)] / np.outer(size, size)
-    h = G[others, target] / size
-    taken = float(h @ np.linalg.pinv(X, rcond=RANK, hermitian=True) @ h)
-    return max(float(G[target, target]) - taken, 0.0), len(others)
+@dataclass(frozen=True)
+class _Moved:
+    """Products of columns where some power-ons may have another temperature: of the rest, and of those.
+
+    Chebyshev's polynomials at u − e are combinations of those at u, T(u − e) = T(u) M(e): with the products
+    of the columns as read every offset has its own without a look at the rows.
+    """
+
+    degc: Array
+    most: int
+    rest: Sequence[Array]
+    here: Sequence[Array]
+
+    def grams(self, offsets: Array) -> list[Array]:
+        """(k, m, m) AᵀA of every channel, A the columns at T − offset (k,) in those power-ons."""
+        n = self.most + 1
+        each = list[Array]()
+        shifts = shifted(self.degc, offsets, self.most)
+        for rest, here in zip(self.rest, self.here, strict=True):
+            M = np.tile(np.eye(len(here)), (len(offsets), 1, 1))
+            M[:, :n, :n] = M[:, n : 2 * n, n : 2 * n] = shifts
+            each.append(rest + np.swapaxes(M, 1, 2) @ here @ M)
+        return each
+
+
+def shifted(all_degc: Array, offsets: Array, degree: int) -> Array:
+    """(k, d, d) M of offsets (k,): `curves` at T − δ are those at T times M(δ)."""
+    at = all_degc.min() + (1.0 + np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))) * (
+        max(float(np.ptp(all_degc)), 2.0) / 2.0
+    )
+    moved = np.array([curves(all_degc, at - d, degree) for d in offsets.tolist()])
+    return np.linalg.solve(curves(all_degc, at, degree), moved)
+
+
+def _regressed(G: Array, target: int) -> tuple[Array, int]:
+    """(…,) what regression leaves of the square of one column of A by the others, G (…, m, m) AᵀA.
+
+    And how many these are.
+    """
+    others = np.delete(np.arange(G.shape[-1]), target)
+    size = np.sqrt(np.maximum(np.diagonal(G, axis1=-2, axis2=-1)[..., others], 1e-300))
+    X = G[..., others[:, None], others] / (size[..., :, None] * size[..., None, :])
+    h = G[..., others, target] / size
+    taken = np.einsum("...i,...ij,...j->...", h, np.linalg.pinv(X, rcond=RANK, hermitian=True), h)
+    return np.maximum(G[..., target, target] - taken, 0.0), len(others)

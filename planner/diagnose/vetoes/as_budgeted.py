@@ -41,6 +41,7 @@ AS_BUDGETED = 1e-3  # p, above which a block says no more than power-ons that di
 OF_IT = (
     0.85  # of what the block explains, that draws must: leans say 0.95 of it and more, what they do not 0.75
 )
+SAYS = 1e-6  # of what all power-ons tell of a block: what one that tells less may draw takes none of it
 SHARES = (0.05, 0.1, 0.2, 0.5, 1.0)  # of the budget, that power-ons may draw
 SCALE = "run_to_run_scale_factor"  # of the noise
 
@@ -57,7 +58,8 @@ def as_budgeted(found: Found, b: int, starts: NDArray[np.int64], budgets: Mappin
     known = np.column_stack([w.Q, *(w.noise.whiten(x) for x in others), beside])
     taken = orthonormal(known)
     told = np.add.reduceat(np.sum(clear(taken, C) ** 2, axis=1), starts)
-    drawn = _drawn(w, starts, budgets) if (many := _as_many(told)) < MANY else np.empty((0, 0))
+    few = (many := _as_many(told)) < MANY
+    drawn = _drawn(w, starts, budgets, told > SAYS * told.sum()) if few else np.empty((0, 0))
     if drawn.shape[1] == 0:
         return False
     if many >= LEAST_RUNS:
@@ -96,15 +98,20 @@ def _as_many(square: Array) -> float:
     return float(square.sum() ** 2 / max(float(square @ square), 1e-300))
 
 
-def _drawn(w: Whitened, starts: NDArray[np.int64], budgets: Mapping[str, ErrorBudget]) -> Array:
-    """(n, r) whitened columns of what every power-on may draw beside what the noise has of it, one sigma."""
+def _drawn(
+    w: Whitened, starts: NDArray[np.int64], budgets: Mapping[str, ErrorBudget], some: NDArray[np.bool_]
+) -> Array:
+    """(n, r) whitened columns of what each of some power-ons, (g,), may draw beside what the noise has of it.
+
+    Of one sigma of the budget.
+    """
     n = len(w.z)
     run = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, n)))
     parts = [np.empty((n, 0))]
     for x, more in _terms(w.channel, w.noise, budgets):
         each = np.zeros((n, len(starts)))
         each[np.arange(n), run] = more * x
-        parts.append(each[:, np.any(each != 0.0, axis=0)])
+        parts.append(each[:, some & np.any(each != 0.0, axis=0)])
     return w.noise.whiten(np.column_stack(parts))
 
 

@@ -8,6 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.diagnose.findings.lagging_thermometer import curves
+from planner.diagnose.records.thermometer_of_power_ons import shifted
 from planner.nouns.diagnosis import ReferenceSuspect, UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable
 from tests.diagnose.hall import Hall, axes_apart, chamber, days, hidden, read
@@ -101,3 +103,15 @@ def test_a_unit_that_stood_crooked_for_a_day_has_no_other_temperature(seed: int)
     felt = replace(hall, up=turned(hall.up), turn=turned(hall.turn))
     found = whole(read(hall, seed, felt=felt))
     assert "thermometer_offset" not in {s.hypothesis for s in found.reference_suspects}
+
+
+@pytest.mark.parametrize("degree", [1, 3, 7])
+@pytest.mark.parametrize("ends", [(-40.0, 80.0), (24.0, 25.0)])
+def test_polynomials_at_another_temperature_are_those_as_read_combined(
+    degree: int, ends: tuple[float, float]
+) -> None:
+    degc = np.random.default_rng(degree).uniform(*ends, 50)
+    offsets = np.array([-40.0, -3.3, 0.0, 12.0, 40.0])
+    combined = curves(degc, degc, degree) @ shifted(degc, offsets, degree)
+    moved = np.array([curves(degc, degc - d, degree) for d in offsets])
+    assert np.abs(combined - moved).max() <= 1e-9 * np.abs(moved).max()
