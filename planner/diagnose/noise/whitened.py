@@ -162,8 +162,8 @@ def of_means(A: Array, starts: NDArray[np.int64]) -> Array:
     return sums_of_groups(A, starts) / np.sqrt(sizes)[:, None]
 
 
-def log_p(values: Array | float, m: int, freedom: float, s2: float) -> Array:
-    """log of the F test's p for Δ of m columns; never −∞.
+def log_p(values: Array | float, m: int, freedom: Array | float, s2: Array | float) -> Array:
+    """log of the F test's p for Δ of m columns; never −∞. Of many Δ, or each with its freedom and s².
 
     P(F > x) = I_w(ν/2, m/2), w = ν / (ν + m x); where that underflows the first term of its series stands,
     w^(ν/2) / (ν/2 · B(ν/2, m/2)) (Abramowitz, Stegun 26.5.4).

@@ -8,7 +8,7 @@ about one that was put back before the day was over. One power-on that is off by
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Literal
 
 import numpy as np
@@ -36,11 +36,23 @@ def sets_of(day: Array, first_day: bool) -> tuple[NDArray[np.bool_], list[Span]]
     return np.array([there for there, _ in sets]), [span for _, span in sets]
 
 
-def sums_over(sets: NDArray[np.bool_], each: Array) -> Array:
-    """(w, …) sums of what each power-on says (g, …) over sets of such as follow each other, (w, g)."""
+def sums_over(sets: NDArray[np.bool_]) -> Callable[[Array], Array]:
+    """(g, …) what each power-on says -> (w, …) its sums over sets of them, (w, g), which are looked at once.
+
+    Of power-ons that follow each other a sum is a difference of two.
+    """
     first, count = np.argmax(sets, axis=1), np.count_nonzero(sets, axis=1)
-    before = np.concatenate([np.zeros((1, *each.shape[1:])), np.cumsum(each, axis=0)])
-    return np.asarray(before[first + count] - before[first])
+    behind = sets.shape[1] - np.argmax(sets[:, ::-1], axis=1)
+    apart = np.flatnonzero((count != behind - first) & (count > 0))
+    others = sets[apart].astype(float)
+
+    def sums(each: Array) -> Array:
+        before = np.concatenate([np.zeros((1, *each.shape[1:])), np.cumsum(each, axis=0)])
+        found = np.asarray(before[first + count] - before[first])
+        found[apart] = np.tensordot(others, each, axes=1)
+        return found
+
+    return sums
 
 
 def most(delta: Array, spans: Sequence[Span]) -> int:

@@ -16,6 +16,7 @@ small beside Σ gain/s²: one power-on of six that is off makes no two units.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,7 +63,8 @@ def leans_of_sets(
     """
     mean = np.bincount(run, temperature) / np.bincount(run)
     p = _curve(mean, temperature)
-    each = [_channel(y[:, a], u, a, run, p, sets) for a in axes]
+    sums = sums_over(sets)
+    each = [_channel(y[:, a], u, a, run, p, sums) for a in axes]
     freedom = np.sum([c.freedom for c in each], axis=0)
     within = [max(c.within, 1e-300) for c in each]
     ratio = np.sum([c.left / w for c, w in zip(each, within, strict=True)], axis=0) / np.maximum(freedom, 1)
@@ -73,9 +75,10 @@ def leans_of_sets(
         few = c.freedom < FEW
         s2 = np.where(few, ratio * within[k], c.left / np.maximum(c.freedom, 1))
         dof = np.where(few, freedom, c.freedom)
-        for i in np.flatnonzero((c.columns > 0) & (dof > 0) & (clearly | ~few)).tolist():
-            most = max(float(s2[i]), within[k])
-            log[k, i] = float(log_p(float(c.gain[i]), int(c.columns[i]), float(dof[i]), most))
+        told = (dof > 0) & (clearly | ~few)
+        for m in range(1, int(c.columns.max(initial=0)) + 1):
+            i = told & (c.columns == m)
+            log[k, i] = log_p(c.gain[i], m, dof[i], np.maximum(s2[i], within[k]))
     return log, np.array([c.left / np.maximum(c.gain, 1e-300) for c in each])
 
 
@@ -103,7 +106,7 @@ def _curve(mean: Array, temperature: Array) -> Array:
 
 
 def _channel(
-    y: Array, u: Array, axis: int, run: NDArray[np.int64], p: Array, sets: NDArray[np.bool_]
+    y: Array, u: Array, axis: int, run: NDArray[np.int64], p: Array, sums: Callable[[Array], Array]
 ) -> _Channel:
     x = leans_of_each(y, u, axis, run)
     A, h, k = x.gram[:, :2, :2], x.gram[:, :2, 2], 2 * p.shape[1]
@@ -112,9 +115,9 @@ def _channel(
     told = value > RANK * value.max()
     way = (vector[:, told] / value[told]) @ vector[:, told].T
     v = np.einsum("gp,gi->pi", p, h).ravel()
-    W = _sums(sets, along).reshape(len(sets), k, 2)
-    gram = _sums(sets, A) - np.einsum("sqi,qr,srj->sij", W, way, W)
-    rest = _sums(sets, h) - np.einsum("sqi,qr,r->si", W, way, v)
+    W = sums(along).reshape(-1, k, 2)
+    gram = sums(A) - np.einsum("sqi,qr,srj->sij", W, way, W)
+    rest = sums(h) - np.einsum("sqi,qr,r->si", W, way, v)
     value, vector = np.linalg.eigh(gram)
     seen = value > x.least
     square = np.einsum("sij,si->sj", vector, rest) ** 2
@@ -124,12 +127,3 @@ def _channel(
     left = np.maximum(x.each.sum() - float(v @ way @ v) - gain, 0.0)
     usable = (x.rows > 0) & (freedom > 0)
     return _Channel(gain, np.where(usable, columns, 0), left, np.maximum(freedom, 0), x.within)
-
-
-def _sums(sets: NDArray[np.bool_], each: Array) -> Array:
-    """(w, …) sums of what each power-on says (g, …) over sets of them (w, g)."""
-    order = np.arange(sets.shape[1])
-    first, last = np.argmax(sets, axis=1), np.max(np.where(sets, order, 0), axis=1)
-    if np.array_equal(np.count_nonzero(sets, axis=1), last - first + 1):
-        return sums_over(sets, each)
-    return np.asarray(np.tensordot(sets.astype(float), each, axes=1))

@@ -273,7 +273,7 @@ def _sums(kind: Kind, s: SensorFound, axis: int, sets: NDArray[np.bool_]) -> _Su
     W, Q, z = _rows(kind, s, axis)
     drawn = w.noise.covariance.effects.drawn
     each = drawn(W, W), drawn(Q, W), drawn(W, z[:, None])[:, :, 0]
-    square, along, h = (sums_over(sets, x) for x in each)
+    square, along, h = map(sums_over(sets), each)
     before = np.trace(square, axis1=1, axis2=2)
     gram = square - np.swapaxes(along, 1, 2) @ along
     told = np.trace(gram, axis1=1, axis2=2) > LEFT * before
