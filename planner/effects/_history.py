@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from planner.effects._course import along_rates
 from planner.nouns.array import Array
-from planner.nouns.conditions import Conditions
+from planner.nouns.conditions import Conditions, asked_once
 
 RAMP = 0.5 / 60.0  # K/s: a chamber that ramps; a soaked one moves less, and so does a unit that warms itself
 ROOM_DEGC = 20.0  # from which the first temperature of a campaign was reached
@@ -24,8 +24,7 @@ def lag(conditions: Conditions, time_constant: float) -> Array:
     are drawn to what their rates say (`along_rates`).
     """
     first = power_ons(conditions)
-    conditions = along_rates(conditions, first)
-    t, T = conditions.time_on, conditions.temperature_degc
+    t, T = conditions.time_on, _course(conditions)
     step = np.diff(t, prepend=np.inf)
     step = np.where(first, 1.0, np.maximum(step, 1e-9))
     carried = np.where(first, 0.0, np.exp(-step / time_constant))
@@ -33,6 +32,12 @@ def lag(conditions: Conditions, time_constant: float) -> Array:
     start = time_constant * conditions.temperature_rate * -np.expm1(-np.maximum(t, 0.0) / time_constant)
     added = np.where(first, start, slope * time_constant * (1.0 - carried))
     return _recurrence(carried, added)
+
+
+@asked_once
+def _course(conditions: Conditions) -> Array:
+    """(n,) °C that every lag follows, whatever its time constant."""
+    return along_rates(conditions, power_ons(conditions)).temperature_degc.copy()
 
 
 def direction(conditions: Conditions) -> Array:
