@@ -6,7 +6,6 @@ Satterthwaite, Biometrics Bull. 2 (1946) 110.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,26 +61,23 @@ def _small_sample(
 ) -> tuple[Array, Array]:
     """Covariance (p, p) and degrees of freedom (p,); in the basis T, with B = V⁻¹XT, Φ is the identity."""
     W = variances.error
-    images = [v.effects.times(k, B) for k in range(v.effects.count)]
-    A = [B.T @ image for image in images]
+    images = np.array([v.effects.times(k, B) for k in range(v.effects.count)])
+    A = B.T @ images
     plain = T @ T.T
     adjusted = plain
     if len(v.effects.starts) < MANY_GROUPS:
         adjusted = plain + 2.0 * T @ _bracket(v, W, A, images) @ T.T
-    g = np.array([np.einsum("pr,rs,ps->p", T, a, T) for a in A])
+    g = np.sum((T @ A) * T, axis=2)
     spread = np.einsum("kp,km,mp->p", g, W, g)
     with np.errstate(divide="ignore", invalid="ignore"):
         freedom = np.where(spread > 0, 2.0 * np.diag(plain) ** 2 / spread, np.inf)
     return adjusted, freedom
 
 
-def _bracket(v: Covariance | BlockCovariance, W: Array, A: Sequence[Array], images: Sequence[Array]) -> Array:
-    """Σ W_kl (Q_kl − A_k A_l), Q_kl = BᵀV_kV⁻¹V_lB (Kenward, Roger); images: V_k B."""
+def _bracket(v: Covariance | BlockCovariance, W: Array, A: Array, images: Array) -> Array:
+    """Σ W_kl (Q_kl − A_k A_l), Q_kl = BᵀV_kV⁻¹V_lB (Kenward, Roger); A (K, r, r); images (K, n, r): V_k B."""
     out = np.zeros_like(A[0])
-    for m in range(len(A)):
-        mixed = sum((W[k, m] * images[k] for k in range(len(A)) if W[k, m] != 0.0), np.zeros_like(images[0]))
-        if np.any(mixed):
-            out += mixed.T @ v.solve(images[m]) - sum(
-                (W[k, m] * (A[k] @ A[m]) for k in range(len(A))), np.zeros_like(out)
-            )
+    for m in np.flatnonzero(W.any(axis=0)).tolist():
+        mixed = np.tensordot(W[:, m], images, axes=1)
+        out += mixed.T @ v.solve(images[m]) - np.tensordot(W[:, m], A, axes=1) @ A[m]
     return np.asarray((out + out.T) / 2.0)
