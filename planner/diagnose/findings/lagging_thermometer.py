@@ -298,6 +298,19 @@ def curves(all_degc: Array, degc: Array, degree: int) -> Array:
     return chebvander((degc - middle) / half, degree)
 
 
+def shifted(all_degc: Array, offsets: Array, degree: int, columns: int) -> Array:
+    """(d, k, k) M of offsets (d,): k columns as `Seen` has them, at T − δ, are those at T times M(δ).
+
+    Chebyshev's polynomials at u − e are combinations of those at u; what has no temperature stays.
+    """
+    n, half = degree + 1, max(float(np.ptp(all_degc)), 2.0) / 2.0
+    at = all_degc.min() + half * (1.0 + np.cos(np.pi * (np.arange(n) + 0.5) / n))
+    moved = np.array([curves(all_degc, at - d, degree) for d in offsets.tolist()])
+    M = np.tile(np.eye(columns), (len(offsets), 1, 1))
+    M[:, :n, :n] = M[:, n : 2 * n, n : 2 * n] = np.linalg.solve(curves(all_degc, at, degree), moved)
+    return M
+
+
 def degree_of(table: DwellTable) -> int:
     """Of the polynomials that the points at which the chamber soaks tell."""
     still = np.abs(table.temperature_rate) <= STILL_K_S

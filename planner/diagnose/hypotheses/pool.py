@@ -251,5 +251,5 @@ def _given(pool: Pool, found: Sequence[int]) -> Pool:
 
 
 def inverse(G: Array) -> Array:
-    """G⁺ (k, k) of a Gram matrix: directions of less than RANK of the largest tell nothing."""
+    """G⁺ (…, k, k) of Gram matrices: directions of less than RANK of the largest tell nothing."""
     return np.asarray(np.linalg.pinv(G, rcond=RANK, hermitian=True), dtype=float)

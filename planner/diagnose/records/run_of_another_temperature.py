@@ -27,6 +27,7 @@ from planner.diagnose.findings.lagging_thermometer import (
     curves,
     degree_of,
     seen_of,
+    shifted,
 )
 from planner.diagnose.hypotheses.pool import inverse
 from planner.diagnose.search.sensor import SensorFound
@@ -191,15 +192,14 @@ class _Fitted:
         block = covariance(mine, noise.variances.theta)
         G = self.gram.sum(axis=0) - self.gram[q]
         beta = self.beta + inverse(G) @ (self.h.sum(axis=0) - self.h[q])
-        t, out = self.table.temperature_degc, np.empty(len(shifts))
-        for i, shift in enumerate(shifts.tolist()):
-            X = self.seen.columns(curves(t, t[rows] + shift, self.degree), rows)
-            white = block.whiten(np.column_stack([X / self.size, self.seen.y[rows]]))
-            Z = white[:, :-1]
-            e = white[:, -1] - Z @ beta
-            b = Z.T @ e
-            out[i] = e @ e - b @ inverse(G + Z.T @ Z) @ b
-        return out
+        t = self.table.temperature_degc
+        X = self.seen.columns(curves(t, t[rows], self.degree), rows)
+        white = block.whiten(np.column_stack([X, self.seen.y[rows]]))
+        Z = white[:, :-1] @ shifted(t, -shifts, self.degree, len(beta)) / self.size
+        e = white[:, -1] - Z @ beta
+        b = np.einsum("dnk,dn->dk", Z, e)
+        told = np.einsum("dj,djk,dk->d", b, inverse(G + np.swapaxes(Z, 1, 2) @ Z), b)
+        return np.asarray(np.sum(e**2, axis=1) - told)
 
 
 def _fitted(seen: Seen, table: DwellTable, starts: NDArray[np.int64], degree: int) -> _Fitted:

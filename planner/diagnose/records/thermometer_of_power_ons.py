@@ -34,6 +34,7 @@ from planner.diagnose.findings.lagging_thermometer import (
     agree_on_one,
     curves,
     seen_of,
+    shifted,
 )
 from planner.diagnose.findings.suspects import FEW
 from planner.diagnose.records.changed_power_ons import CHI2_95, LEAST_RUNS, SIDE, Span, sets_of
@@ -351,8 +352,7 @@ class _Fit:
 class _Moved:
     """Products of columns where some power-ons may have another temperature: of the rest, and of those.
 
-    Chebyshev's polynomials at u − e are combinations of those at u, T(u − e) = T(u) M(e): with the products
-    of the columns as read every offset has its own without a look at the rows.
+    Every offset has its own without a look at the rows (`shifted`).
     """
 
     degc: Array
@@ -362,23 +362,11 @@ class _Moved:
 
     def grams(self, offsets: Array) -> list[Array]:
         """(k, m, m) AᵀA of every channel, A the columns at T − offset (k,) in those power-ons."""
-        n = self.most + 1
         each = list[Array]()
-        shifts = shifted(self.degc, offsets, self.most)
         for rest, here in zip(self.rest, self.here, strict=True):
-            M = np.tile(np.eye(len(here)), (len(offsets), 1, 1))
-            M[:, :n, :n] = M[:, n : 2 * n, n : 2 * n] = shifts
+            M = shifted(self.degc, offsets, self.most, len(here))
             each.append(rest + np.swapaxes(M, 1, 2) @ here @ M)
         return each
-
-
-def shifted(all_degc: Array, offsets: Array, degree: int) -> Array:
-    """(k, d, d) M of offsets (k,): `curves` at T − δ are those at T times M(δ)."""
-    at = all_degc.min() + (1.0 + np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))) * (
-        max(float(np.ptp(all_degc)), 2.0) / 2.0
-    )
-    moved = np.array([curves(all_degc, at - d, degree) for d in offsets.tolist()])
-    return np.linalg.solve(curves(all_degc, at, degree), moved)
 
 
 def _regressed(G: Array, target: int) -> tuple[Array, int]:

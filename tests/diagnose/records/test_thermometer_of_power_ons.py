@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.diagnose.findings.lagging_thermometer import curves
-from planner.diagnose.records.thermometer_of_power_ons import shifted
+from planner.diagnose.findings.lagging_thermometer import curves, shifted
 from planner.nouns.diagnosis import ReferenceSuspect, UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable
 from tests.diagnose.hall import Hall, axes_apart, chamber, days, hidden, read
@@ -112,6 +111,11 @@ def test_polynomials_at_another_temperature_are_those_as_read_combined(
 ) -> None:
     degc = np.random.default_rng(degree).uniform(*ends, 50)
     offsets = np.array([-40.0, -3.3, 0.0, 12.0, 40.0])
-    combined = curves(degc, degc, degree) @ shifted(degc, offsets, degree)
-    moved = np.array([curves(degc, degc - d, degree) for d in offsets])
+    v, other = np.random.default_rng(7).normal(size=(2, len(degc), 1))
+
+    def columns(at: np.ndarray) -> np.ndarray:
+        return np.hstack([curves(degc, at, degree), v * curves(degc, at, degree), other])
+
+    combined = columns(degc) @ shifted(degc, offsets, degree, 2 * (degree + 1) + 1)
+    moved = np.array([columns(degc - d) for d in offsets])
     assert np.abs(combined - moved).max() <= 1e-9 * np.abs(moved).max()
