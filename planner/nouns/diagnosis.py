@@ -205,6 +205,7 @@ class Evidence:
     added: effect -> (n, 2) added-variable plot: what the effect adds and the reading, both cleared of the
         declared model (n rows, whitened scale removed)
     expected: (n,) standard deviation that the noise model expects of a row
+    shared: (k, n) of that what a row has in common with all of its power-on, one sigma each, with its sign
     """
 
     channel: str
@@ -212,6 +213,7 @@ class Evidence:
     after: Array
     expected: Array
     added: Mapping[str, Array]
+    shared: Array
     rows: NDArray[np.int64] | None = None
 
 

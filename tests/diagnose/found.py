@@ -47,9 +47,11 @@ def unit_diagnosis(table: DwellTable, spec: Spec, effects: Sequence[FoundEffect]
 
 
 def _evidence(c, order) -> Evidence:
-    run = np.sqrt(c.after.spreads.run**2 + c.after.v.diagonal)
+    expected = np.sqrt(c.after.spreads.run**2 + c.after.v.diagonal)
+    shared = np.full((1, len(order)), c.after.spreads.run)
     added = {e.effect: np.column_stack([_part(c, e), c.after.residual + _part(c, e)])[order] for e in c.found}
-    return Evidence(c.channel, c.before.residual[order], c.after.residual[order], run[order], added)
+    before, after = c.before.residual[order], c.after.residual[order]
+    return Evidence(c.channel, before, after, expected[order], added, shared)
 
 
 def _columns(c, effect: str) -> list[int]:

@@ -156,7 +156,7 @@ def test_the_day_of_a_step_is_in_days_wherever_it_stands(tmp_path) -> None:
 def test_what_has_no_name_is_drawn_against_its_variable(variable: str) -> None:
     table = campaign(1, layout=Layout(temperatures=(20.0, 60.0), static_repeats=1, rate_temperatures=(20.0,)))
     rest = np.random.default_rng(1).normal(size=len(table))
-    evidence = Evidence("gyro_y", rest, rest, np.ones(len(table)), {})
+    evidence = Evidence("gyro_y", rest, rest, np.ones(len(table)), {}, np.empty((0, len(table))))
     picture = residuals.unnamed_picture(variable, ["gyro_y"], [evidence], table)
     assert picture is not None
     assert "gyro_y" in picture.svg
@@ -166,7 +166,7 @@ def test_what_has_no_name_is_drawn_against_its_variable(variable: str) -> None:
 def test_rates_that_are_set_are_told_apart_and_swept_times_are_pooled() -> None:
     """Ten rates from 10 to 500 deg/s keep a mean each: pooled by number, rests would swallow them."""
     rate = np.repeat([-500.0, -300.0, -100.0, -50.0, -10.0, 0.0, 10.0, 50.0, 100.0, 300.0, 500.0], 5)
-    x, mean, _ = residuals.binned(rate + 0.002 * np.arange(len(rate)), np.arange(len(rate), dtype=float))
+    x, mean = residuals.binned(rate + 0.002 * np.arange(len(rate)), np.arange(len(rate), dtype=float))
     assert len(x) == len(mean) == 11
     swept = np.linspace(0.0, 1000.0, 500)
     assert len(residuals.binned(swept, swept)[0]) == residuals.BINS
@@ -181,7 +181,11 @@ def test_one_picture_draws_what_each_channel_follows_most_and_the_table_holds_ev
     rest = np.random.default_rng(2).normal(size=len(table))
     ages = 3.0 * (table.day > 20.0) + rest
     sigma = np.ones(len(table))
-    evidence = [Evidence("gyro_x", ages, rest, sigma, {}), Evidence("acc_z", rest, rest, sigma, {})]
+    alone = np.empty((0, len(table)))
+    evidence = [
+        Evidence("gyro_x", ages, rest, sigma, {}, alone),
+        Evidence("acc_z", rest, rest, sigma, {}, alone),
+    ]
     assert residuals.most_telling(evidence[0], table)[0].name == "day"
     picture = residuals.residual_picture(evidence, table, ["gyro_x"])
     assert picture is not None
@@ -195,3 +199,22 @@ def test_one_picture_draws_what_each_channel_follows_most_and_the_table_holds_ev
     assert before > 10.0
     assert after < 4.0
     assert "→" not in str(rows["day"][2])  # nothing was found on acc_z: one figure
+
+
+def test_means_stray_by_no_more_than_power_ons_that_have_levels_of_their_own() -> None:
+    """Levels of 20 sigma of a row, over days and temperatures: of rows by themselves they would be 50."""
+    table = campaign(1, layout=Layout(temperatures=(20.0, 60.0), static_repeats=3, rate_temperatures=(20.0,)))
+    rng, (runs, run) = np.random.default_rng(4), np.unique(table.run, return_inverse=True)
+    rest = rng.normal(size=len(table)) + 20.0 * rng.normal(size=len(runs))[run]
+    shared, sigma = np.full((1, len(table)), 20.0), np.full(len(table), np.sqrt(401.0))
+    known = Evidence("acc_x", rest, rest, sigma, {}, shared)
+    told = residuals.residual_table([known], table, [])
+    alone = residuals.residual_table(
+        [replace(known, expected=np.ones(len(table)), shared=0.0 * shared)], table, []
+    )
+    assert told is not None
+    assert alone is not None
+    furthest, by_rows = ({row[0]: float(row[1]) for row in t.rows} for t in (told, alone))
+    assert max(furthest.values()) < 4.0
+    assert min(furthest["day"], furthest["temperature"]) > 0.1
+    assert by_rows["day"] > 20.0

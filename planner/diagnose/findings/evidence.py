@@ -15,7 +15,13 @@ from planner.diagnose.channels.prepared import Prepared
 from planner.diagnose.hypotheses.candidates import effect_blocks
 from planner.diagnose.hypotheses.estimates import estimates
 from planner.diagnose.hypotheses.pool import Pool
-from planner.diagnose.noise.components import IN_RUN, IN_RUN_SCALE, LEVEL, draws
+from planner.diagnose.noise.components import (
+    CROSS_NOISE,
+    IN_RUN,
+    IN_RUN_SCALE,
+    RATE_NOISE,
+    drawn_of_power_ons,
+)
 from planner.diagnose.noise.whitened import Whitened
 from planner.diagnose.references.references import REFERENCES
 from planner.diagnose.search.sensor import SensorFound
@@ -54,13 +60,16 @@ def _of(s: SensorFound, data: Prepared, c: Channel) -> Evidence:
     whole = at_rows(c, data.full.conditions(), readings[:, c.axis], free)
     small = [s.found.pool.blocks[b].columns[c.axis] for b in blocks]
     full = [_columns(s, whole, b, data.full) for b in blocks]
-    before = _residual(w, c, whole, [], [])
+    levels = _levels_of_their_own(w, data)
+    before = _residual(w, c, whole, [], [], levels)
+    own, shared = _variances(w, whole, data)
     return Evidence(
         channel=c.name,
         before=before,
-        after=_residual(w, c, whole, small, full) if blocks else before,
-        expected=_expected(w, whole, data),
+        after=_residual(w, c, whole, small, full, levels) if blocks else before,
+        expected=np.sqrt(own + np.sum(shared**2, axis=0)),
         added=_added(s, w, blocks, data),
+        shared=shared,
     )
 
 
@@ -79,32 +88,40 @@ def _columns(s: SensorFound, whole: Channel, b: int, table: DwellTable) -> Array
     return shared[:, [names.index(t) for t in block.terms]]
 
 
+def _levels_of_their_own(w: Whitened, data: Prepared) -> Array:
+    """(N, g − 1) `fixed_runs` of the full table: where power-ons are few, what no model of them sees."""
+    fixed, runs = w.noise.fixed_runs[data.starts], data.table.run[data.starts]
+    order = np.argsort(runs)
+    at = order[np.clip(np.searchsorted(runs[order], data.full.run), 0, len(runs) - 1)]
+    return np.where((runs[at] == data.full.run)[:, None], fixed[at], 0.0)
+
+
 def _residual(
-    w: Whitened, c: Channel, whole: Channel, small: Sequence[Array], full: Sequence[Array]
+    w: Whitened, c: Channel, whole: Channel, small: Sequence[Array], full: Sequence[Array], levels: Array
 ) -> Array:
-    """(N,) what generalised least squares with these columns leaves, run-to-run not taken off."""
+    """(N,) what generalised least squares with these columns leaves.
+
+    A level that is drawn from power-on to power-on stays in it, one that is each power-on's own does not.
+    """
     X = np.column_stack([c.J, *small, w.noise.fixed_runs])
     white = w.noise.whiten(np.column_stack([X, c.r]))
     step, _ = least_squares(white[:, :-1], white[:, -1], 1e-9)
     own = whole.J.shape[1]  # behind them c.J has what the thermometer leaves: it stays
-    taken = sum(x.shape[1] for x in full)
-    declared, effects = step[:own], step[c.J.shape[1] : c.J.shape[1] + taken]
-    J = np.column_stack([whole.J, *full])
-    return np.asarray(whole.r - J @ np.concatenate([declared, effects]))
+    declared, rest = step[:own], step[c.J.shape[1] :]
+    J = np.column_stack([whole.J, *full, levels])
+    return np.asarray(whole.r - J @ np.concatenate([declared, rest]))
 
 
-def _expected(w: Whitened, whole: Channel, data: Prepared) -> Array:
+def _variances(w: Whitened, whole: Channel, data: Prepared) -> tuple[Array, Array]:
+    """(N,) variance of each row by itself, and (k, N) one sigma of what it shares with its power-on."""
     theta = dict(zip(w.noise.components, w.noise.variances.theta, strict=True))
     duration = np.where(data.full.duration > 0, data.full.duration, 1.0)
     usual = np.where(data.table.duration > 0, data.table.duration, 1.0).mean()
-    total = theta["white"] * usual / duration + theta.get("constant", 0.0)
-    along = ("rate_noise", "run_to_run_scale_factor", IN_RUN_SCALE)
-    total = total + sum(theta.get(name, 0.0) for name in along) * whole.u**2
-    total = total + theta.get("cross_noise", 0.0) * whole.across**2
-    total = total + sum(
-        theta[name] * z**2 for name, z in draws(whole, w.noise.drawn).items() if name in theta
-    )
-    return np.asarray(np.sqrt(total + theta.get(LEVEL, 0.0) + theta.get(IN_RUN, 0.0)))
+    own = theta["white"] * usual / duration + theta.get("constant", 0.0)
+    own = own + theta.get(RATE_NOISE, 0.0) * whole.u**2 + theta.get(CROSS_NOISE, 0.0) * whole.across**2
+    drawn = drawn_of_power_ons(whole, w.noise.drawn) | {IN_RUN: np.ones(len(own)), IN_RUN_SCALE: whole.u}
+    shared = [np.sqrt(theta[name]) * z for name, z in drawn.items() if name in theta]
+    return own, np.array(shared).reshape(-1, len(own))
 
 
 def _added(s: SensorFound, w: Whitened, blocks: Sequence[int], data: Prepared) -> dict[str, Array]:

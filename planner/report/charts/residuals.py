@@ -29,6 +29,7 @@ POINTS = 160  # dots a panel: every further one hides behind them, and the page 
 BINS = 12
 LEVELS = 24  # of a variable that is set, not swept: a table and a centrifuge have some twenty rates
 STRETCH = 0.1  # of a variable's range
+ROUNDING = 1e-4  # standard errors: means over power-ons of which each has a level of its own
 _PANEL = 1.2
 _ACROSS = 3
 _LINEAR = 4.0  # sigma
@@ -36,7 +37,7 @@ _LINEAR = 4.0  # sigma
 
 @dataclass(frozen=True)
 class Variable:
-    """Something that the residual may vary with: (n,) values in the unit of its label.
+    """Something that the residual may vary with: (n,) values in the unit of its label; run: (n,) power-ons.
 
     key: the variable of an unnamed part that follows it; linear: up to here its scale is, and then
         logarithmic: rates and loads go by factors (None: linear throughout)
@@ -45,6 +46,7 @@ class Variable:
     name: str
     label: str
     values: Array
+    run: NDArray[np.int64]
     key: str
     linear: float | None = None
 
@@ -70,21 +72,20 @@ def residual_picture(
 def residual_table(evidence: Sequence[Evidence], table: DwellTable, changed: Sequence[str]) -> Table | None:
     """How far the means stray from zero, in their own standard errors: every channel against every variable.
 
-    Of some twenty means of noise the largest is about 3; over days more, as the rows of a power-on share its
-    level.
+    Of some twenty means of noise the largest is about 3.
     """
     known = [e for e in evidence if _is_of(e, table)]
     told: dict[str, dict[str, str]] = {}
     for e in known:
         for v in _variables(e, table):
-            before, after = (_strays(v, r / np.maximum(e.expected, 1e-300)) for r in (e.before, e.after))
+            before, after = (_strays(v, e, r) for r in (e.before, e.after))
             both = f"{digits(before, 2)} → {digits(after, 2)}"
             said = both if same_channel(e.channel, changed) else digits(before, 2)
             told.setdefault(v.name, {})[short(e.channel)] = said
     names = [short(e.channel) for e in known]
     rows = [(name, *(cells.get(n, NOTHING) for n in names)) for name, cells in told.items()]
     return build_table(
-        "Residual against every variable: the furthest mean, in standard errors of independent rows",
+        "Residual against every variable: the furthest mean, in standard errors by the noise model",
         " | ".join(["against", *names]),
         rows,
     )
@@ -92,16 +93,26 @@ def residual_table(evidence: Sequence[Evidence], table: DwellTable, changed: Seq
 
 def most_telling(evidence: Evidence, table: DwellTable) -> list[Variable]:
     """The variables of a channel, what its residual follows most first; of two kinds of rate the better."""
-    sigma = np.where(evidence.expected > 0, evidence.expected, np.nan)
     every = _variables(evidence, table)
-    order = sorted(every, key=lambda v: -_strays(v, np.asarray(evidence.before / sigma)))
+    order = sorted(every, key=lambda v: -_strays(v, evidence, evidence.before))
     return [v for i, v in enumerate(order) if v.key != "rate" or v.key not in {o.key for o in order[:i]}]
 
 
-def _strays(variable: Variable, residual: Array) -> float:
-    """The largest mean of a group in its standard errors; residual: in sigma."""
-    _, mean, count = binned(variable.values, np.asarray(residual))
-    return float(np.abs(mean * np.sqrt(count)).max(initial=0.0))
+def _strays(variable: Variable, e: Evidence, residual: Array) -> float:
+    """The largest mean of a group, of residual (n,), in its standard errors; power-ons share parts of theirs.
+
+    Of m rows, m² var = Σ (σ_i² − Σ_k s_ki²) + Σ_k Σ_runs (Σ_i s_ki)²
+    """
+    good = np.isfinite(residual) & (e.expected > 0.0)
+    group, run = groups_of(variable.values[good]), variable.run[good]
+    shared, square = e.shared[:, good], e.expected[good] ** 2
+    own = np.bincount(group, np.maximum(square - np.sum(shared**2, axis=0), 0.0))
+    both, at = np.unique(np.column_stack([group, run]), axis=0, return_inverse=True)
+    met = sum((np.bincount(at, s) ** 2 for s in shared), np.zeros(len(both)))
+    variance = own + np.bincount(both[:, 0], met)
+    mean = np.bincount(group, residual[good])
+    furthest = float(np.max(np.abs(mean) / np.sqrt(np.maximum(variance, 1e-300)), initial=0.0))
+    return furthest if furthest > ROUNDING else 0.0
 
 
 def unnamed_picture(
@@ -139,18 +150,19 @@ def variables_of(channel: str, table: DwellTable) -> list[Variable]:
     axis = "xyz".index(channel[-1])
     conditions = table.conditions()
     rate = np.degrees(conditions.rate)
-    every = [
-        Variable("temperature", "temperature, °C", table.temperature_degc, "temperature"),
-        Variable("rate of temperature", "dT/dt, K/min", table.temperature_rate * 60.0, "temperature_rate"),
-        Variable("time since power-on", "time since power-on, s", table.time_on, "time_on"),
-        Variable("day", "day", table.day, "day"),
-        Variable("rate", f"rate about {channel[-1]}, deg/s", rate[:, axis], "rate", 5.0),
-        Variable("whole rate", "rate about any axis, deg/s", np.linalg.norm(rate, axis=1), "rate", 5.0),
+    told: list[tuple[str, str, Array, str, float | None]] = [
+        ("temperature", "temperature, °C", table.temperature_degc, "temperature", None),
+        ("rate of temperature", "dT/dt, K/min", table.temperature_rate * 60.0, "temperature_rate", None),
+        ("time since power-on", "time since power-on, s", table.time_on, "time_on", None),
+        ("day", "day", table.day, "day", None),
+        ("rate", f"rate about {channel[-1]}, deg/s", rate[:, axis], "rate", 5.0),
+        ("whole rate", "rate about any axis, deg/s", np.linalg.norm(rate, axis=1), "rate", 5.0),
         *(
-            Variable(f"specific force {a}", f"specific force {a}, g", f / G, "specific_force", 1.0)
+            (f"specific force {a}", f"specific force {a}, g", f / G, "specific_force", 1.0)
             for a, f in zip("xyz", conditions.specific_force.T, strict=True)
         ),
     ]
+    every = [Variable(name, label, x, table.run, key, linear) for name, label, x, key, linear in told]
     return [v for v in every if np.ptp(v.values) > 1e-9 * max(1.0, float(np.abs(v.values).max(initial=0.0)))]
 
 
@@ -227,7 +239,7 @@ def _against(axes: Axes, variable: Variable, before: Array, after: Array, change
             markersize=2.2,
             markeredgewidth=0,
         )
-        x, mean, _ = binned(variable.values, values)
+        x, mean = binned(variable.values, values)
         axes.plot(
             x, mean, marker + "-", color=colour, linewidth=1.5, markersize=3.6, label=f"{label} (means: line)"
         )
@@ -249,22 +261,24 @@ def _by_factors(axes: Axes, variable: Variable) -> None:
     theme.plain_numbers(axes.xaxis)
 
 
-def binned(x: Array, y: Array) -> tuple[Array, Array, NDArray[np.intp]]:
-    """Means of x and y over groups of like x, and their counts: the values when they are few, else equal
-    shares."""
+def binned(x: Array, y: Array) -> tuple[Array, Array]:
+    """Means of x and y over groups of like x (`groups_of`)."""
     good = np.isfinite(y)
     x, y = x[good], y[good]
-    group = _levels(x)
-    if group.max(initial=-1) >= LEVELS or _swept(x, group):
-        edges = np.unique(np.quantile(x, np.linspace(0.0, 1.0, BINS + 1)))
-        group = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(edges) - 2)
+    group = groups_of(x)
     count = np.bincount(group)
     some = count > 0
-    return (
-        np.asarray((np.bincount(group, x) / np.maximum(count, 1))[some]),
-        np.asarray((np.bincount(group, y) / np.maximum(count, 1))[some]),
-        count[some],
-    )
+    x, y = (np.bincount(group, each)[some] / count[some] for each in (x, y))
+    return x, y
+
+
+def groups_of(x: Array) -> NDArray[np.intp]:
+    """(n,) groups of like values: each that is set where these are few, else equal shares."""
+    group = _levels(x)
+    if group.max(initial=-1) < LEVELS and not _swept(x, group):
+        return group
+    edges = np.unique(np.quantile(x, np.linspace(0.0, 1.0, BINS + 1)))
+    return np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(edges) - 2)
 
 
 def _levels(x: Array) -> NDArray[np.intp]:
