@@ -31,8 +31,8 @@ def digits(value: float, significant: int = 4) -> str:
 
 
 def display_unit(unit: str) -> str:
-    """A bare ratio is read more easily in per cent."""
-    return "%" if unit in ("", "1") else unit
+    """As people read it: a bare ratio in per cent, powers raised."""
+    return "%" if unit in ("", "1") else unit.replace("**2", "²").replace("**3", "³")
 
 
 def in_unit(si: float, unit: str) -> float:
