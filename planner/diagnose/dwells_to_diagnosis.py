@@ -133,9 +133,29 @@ def _fitted(
         fallen = {c for r in falls for c in r.channels}
         stays = [s for s in found if fallen.isdisjoint(channels_searched(s))]
         found = search.of(data, refused, stays)
+        _forget_the_faint(found, refused[len(judged.barred) :])
     told = {c for e in effects for c in e.channels}
     told |= {c for s in found for u in _unknown(s) for c in u.channels}
     return found, effects, said, refused, [u for u in unsure if told.isdisjoint(u.channels)]
+
+
+def _forget_the_faint(found: Sequence[SensorFound], falls: Sequence[Refused]) -> None:
+    """Take no variable for what the fit was not sure of, where that is faint: it is the same few sigma.
+
+    A drift of four sigma that the spec's in-run explains came back as something that goes with the time.
+    """
+    for s in found:
+        for b in list(s.found.unknown):
+            block = s.found.pool.blocks[b]
+            channels = {channel_name(s.sensor, a) for a in block.columns}
+            same = [
+                r
+                for r in falls
+                if channels & set(r.channels)
+                and variable_of(catalog.effects()[r.effect], s.sensor) == block.name
+            ]
+            if same and s.found.share(b).delta < SURE**2:
+                s.found.unknown.remove(b)
 
 
 def _check(table: DwellTable, rows: int) -> None:

@@ -16,7 +16,7 @@ class BiasStep(ChannelEffect):
     name = "bias_step"
     units: Mapping[Sensor, str] = {"gyro": "deg/s", "accelerometer": "g"}
     group: Group = "bias"
-    parameters = (Parameter("day", "day", 30.0, low=1.5, high=600.0, stepped=True),)
+    parameters = (Parameter("day", "day", 30.0, low=0.5, high=600.0, stepped=True),)
     needs = frozenset[Condition](("day",))
     variable: Condition | None = "day"
     title = "step of the bias"

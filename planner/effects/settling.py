@@ -17,7 +17,8 @@ from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Group, Parameter, Sensor
 
-EARLY_S = 20.0  # K's drift is there within ten seconds; `warm_up` begins at 30 s
+SLOWEST_S = 60.0  # time constant; what takes longer is a `warm_up`, which is the same but for a constant
+LEFT = 3.0  # time constants, after which a twentieth is left to be seen
 
 
 class Settling(ChannelEffect):
@@ -26,7 +27,7 @@ class Settling(ChannelEffect):
     name = "settling"
     units: Mapping[Sensor, str] = {"gyro": "deg/s", "accelerometer": "g"}
     group: Group = "bias"
-    parameters = (Parameter("time_constant", "s", 5.0, low=0.5, high=60.0),)
+    parameters = (Parameter("time_constant", "s", 5.0, low=0.5, high=SLOWEST_S),)
     needs = frozenset[Condition](("time_on",))
     variable: Condition | None = "time_on"
     title = "drift after the initial bias"
@@ -38,8 +39,9 @@ class Settling(ChannelEffect):
         return -np.expm1(-conditions.time_on / nonlinear["time_constant"])
 
     def shows(self, sensor: Sensor, conditions: Conditions) -> bool:
-        """Whether records reach the first seconds: later ones cannot tell it from `warm_up`."""
-        return bool(np.any(conditions.time_on < EARLY_S) and np.any(conditions.time_on > 2.0 * EARLY_S))
+        """Whether records begin before the slowest settling is over, and go on after that."""
+        over = LEFT * SLOWEST_S
+        return bool(np.any(conditions.time_on < over) and np.any(conditions.time_on > SLOWEST_S))
 
 
 EFFECT = Settling()

@@ -17,6 +17,7 @@ from planner.campaign.triad import shares
 from planner.diagnose.channels.prepared import Prepared
 from planner.diagnose.findings.bench_uncertainty import below_bench
 from planner.diagnose.findings.declared_and_found import ChannelEstimates, declared_and_found
+from planner.diagnose.findings.held_elsewhere import held_elsewhere
 from planner.diagnose.findings.sure_by_the_fit import chance_by_the_fit, fewest
 from planner.diagnose.hypotheses.estimates import Estimate, ParameterInterval, estimates, rivals
 from planner.diagnose.hypotheses.found import ALPHA
@@ -60,9 +61,11 @@ def found_effects(
     for s in found:
         last = _last_word(s, data, table, spec, [name for name in names if _told(s, name)])
         budgeted = _told_by_the_search(s, last.estimates, data, spec)
-        own = {axis: e for axis, e in last.estimates.items() if axis not in budgeted}
+        held = dict(held_elsewhere(s, last.estimates, named(s)))
+        own = {axis: e for axis, e in last.estimates.items() if axis not in budgeted and axis not in held}
         effects += _effects(s, own)
         notes += [*last.notes, *(_search_alone(s, axis) for axis in sorted(budgeted)), *_by_one_ramp(s, data)]
+        notes += [f"{channel_name(s.sensor, axis)}: {why}" for axis, why in held.items()]
     return effects, notes
 
 

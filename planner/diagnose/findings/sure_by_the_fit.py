@@ -14,6 +14,9 @@ Each of k coefficients is asked alone as well, by its own freedom: 2 min(p of al
 (Bonferroni), since all of them are nothing only if each is. Of six products of forces one was 9.8 sigma with
 26 degrees of freedom and another known with six, of a lever arm one was 30 sigma with 18 and another known
 with two: together they were no surer than chance.
+
+Where fewer than eight degrees of freedom tell a coefficient, all of them are asked by the spec's budgets too,
+three times as wide as they are, again the better of two.
 """
 
 from __future__ import annotations
@@ -55,7 +58,15 @@ def chance_by_the_fit(pool: Pool, last: Mapping[int, ChannelEstimates], b: int) 
 
 
 def _log_p(told: Together) -> float:
-    """log p that an effect's coefficients are all nothing, by all of them together or by the surest."""
+    """log p that an effect's coefficients are all nothing, by what the fit knows or by the spec's budgets."""
+    fitted = _by_the_fit(told)
+    if not told.budgeted:
+        return fitted
+    return float(min(np.log(2.0) + min(fitted, float(log_p(told.budgeted, told.rank, KNOWN, 1.0))), 0.0))
+
+
+def _by_the_fit(told: Together) -> float:
+    """The same by all of them together or by the surest."""
     whole = float(log_p(told.square, told.rank, min(told.freedom, KNOWN), 1.0))
     k = len(told.each)
     if k < 2:

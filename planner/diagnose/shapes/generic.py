@@ -28,6 +28,7 @@ NEARLY_ALONG = 0.87  # cosine of 30 degrees: what leans further is on no face
 LEAST_APART = 12  # power-ons, below which a ramp is a time since power-on, and a wave of the day anything
 FEW = 4  # nodes of one variable where it is multiplied by several others
 LEVEL_RATE = float(np.radians(1e-3))  # of the Earth's 4.2e-3 deg/s, from which it names a north
+SAME_HOUR = 1e-6  # of a wave's amplitude, by which it differs from hour to hour
 A_NODE = 5  # observations: rows for what varies within a power-on, power-ons for what varies between them
 REST_RATE = float(np.radians(1.0))  # the Earth turns 240 times slower, tables do not turn slower than this
 SMALL = 0.15  # of the largest load: where a curve that saturates has left its line
@@ -114,7 +115,8 @@ def _time_of_day(c: Channel, table: DwellTable) -> list[Array]:
     if len(np.unique(table.run)) < LEAST_APART:
         return []
     around = 2.0 * np.pi * table.day
-    return [np.column_stack([np.sin(around), np.cos(around)])]
+    wave = np.column_stack([np.sin(around), np.cos(around)])
+    return [wave[:, np.ptp(wave, axis=0) > SAME_HOUR]]  # days without a time have what rounding leaves
 
 
 def _temperature_rate(c: Channel, table: DwellTable) -> list[Array]:

@@ -34,7 +34,10 @@ LEAST_LEANINGS = 7  # different ones along an axis, fewer of which a few powers 
 A_CORNER = 0.02  # of the largest column, below which one has no more than leans and rounding
 OWN_NODES = (-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0)  # g
 FACES = 3  # forces along an axis: up, level and down
+BETWEEN = 3  # sizes of it: none, all of it, and one between, where its modulus is no square of it
 OF_ITSELF = 0.5  # of a product of three forces, that no product of two has
+PLAYS = (0.1, 0.2, 0.3)  # of the largest input
+LEAST_PLAYED = 5  # inputs, as two ways up and a rest have fewer
 TILTED = 3  # different values of a product of three forces: either sign, and none on a face
 MODULUS_NODES = (0.0, 0.3, 0.6, 1.0)  # g
 PLACES = 12  # at which a reading may step after power-on: the rows between two of them hide little of it
@@ -43,12 +46,16 @@ _LOADED = 1.5 * STANDARD_GRAVITY_MPS2  # below that a load is not told from grav
 
 
 def waves(c: Channel, table: DwellTable) -> list[Array]:
-    """(n, 2) sine and cosine over the days of the table, slow and quick ones, as power-ons show them."""
+    """(n, 2) sine and cosine over the days of the table, slow and quick ones, as power-ons show them.
+
+    None of less than two days of work a cycle (Nyquist): every such wave is another one, or a step.
+    """
     runs, span = len(np.unique(table.run)), float(np.ptp(table.day))
     if runs < LEAST_APART or span < LEAST_DAYS:
         return []
     turns = (table.day - table.day.min()) / span
-    around = [2.0 * np.pi * k * turns for k in CYCLES if k * A_CYCLE <= runs]
+    days = len(np.unique(np.round(table.day, 2)))
+    around = [2.0 * np.pi * k * turns for k in CYCLES if k * A_CYCLE <= runs and 2.0 * k < days]
     return [np.column_stack([np.sin(x), np.cos(x)]) for x in around]
 
 
@@ -142,7 +149,7 @@ def gravity_along_axes(c: Channel, table: DwellTable) -> list[Array]:
         found.append(_within_a_g(c))
     if loaded.any():
         return found
-    each = [j for j in range(3) if _leanings(np.abs(along[:, j])) >= len(MODULUS_NODES)]
+    each = [j for j in range(3) if _leanings(np.abs(along[:, j])) >= BETWEEN]
     odd = [j for j in range(3) if not accelerometer and _leanings(along[:, j]) >= LEAST_LEANINGS]
     return [*found, *(_over_force(c, j, MODULUS_NODES) for j in each), *(_odd_force(c, j) for j in odd)]
 
@@ -187,6 +194,37 @@ def force_before(c: Channel, table: DwellTable) -> list[Array]:
         last = 0.0 if first else float(np.sign(change[i])) if abs(change[i]) > A_LEANING else last
         came[i] = last
     return [came[:, None]] if len(np.unique(came[came != 0.0])) > 1 else []
+
+
+def size_of_force(c: Channel, table: DwellTable) -> list[Array]:
+    """(n, 1) |f| beside loads: what goes with their size is its square by name, and was called so."""
+    size = np.linalg.norm(c.model.conditions.specific_force, axis=1)
+    return [size[:, None]] if np.any(size > _LOADED) else []
+
+
+def play(c: Channel, table: DwellTable) -> list[Array]:
+    """(n, 3) how far what has play follows behind the own input, at three widths of it r: hysteresis.
+
+        p_i = min(max(p_(i−1), u_i − r), u_i + r),   p = 0 before a power-on;   column p − u
+
+    of the records in their order (Prandtl and Ishlinskii; Brokate, Sprekels, Hysteresis and phase
+    transitions, 1996, 2.3). On the way up it is a curve over the input, and on the way down another one: by
+    bins of the input it is half of either, and by those of the time, along which loads rise, it was a scale
+    factor that drifts.
+    """
+    u = _turning(c) if c.sensor == "gyro" else c.u
+    first = np.flatnonzero(power_ons(c.model.conditions))
+    if len(first) < A_SIDE or len(np.unique(np.round(u / np.abs(u).max(initial=1e-300), 2))) < LEAST_PLAYED:
+        return []
+    width = np.abs(u).max() * np.array(PLAYS)
+    rows = np.diff(np.append(first, len(u)))
+    follows, before = np.empty((len(u), len(width))), np.zeros((len(first), len(width)))
+    for k in range(int(rows.max())):
+        on = rows > k
+        at = first[on] + k
+        before[on] = np.clip(before[on], u[at, None] - width, u[at, None] + width)
+        follows[at] = before[on]
+    return [follows - u[:, None]]
 
 
 def _odd_force(c: Channel, axis: int) -> Array:
@@ -244,7 +282,7 @@ MAKERS: Mapping[str, Callable[[Channel, DwellTable], list[Array]]] = {
     "time_on": steps_after_power_on,
     "time_on_and_rate": lambda c, table: input_over_time(c, table) if c.sensor == "gyro" else [],
     "time_on_and_specific_force": lambda c, table: input_over_time(c, table) if c.sensor != "gyro" else [],
-    "rate": odd_courses,
+    "rate": lambda c, table: [*odd_courses(c, table), *(play(c, table) if c.sensor == "gyro" else [])],
     "rate_and_specific_force": rate_under_load,
     "temperature": leaning,
     "day_and_specific_force": force_over_days,
@@ -252,6 +290,8 @@ MAKERS: Mapping[str, Callable[[Channel, DwellTable], list[Array]]] = {
         *gravity_along_axes(c, table),
         *cubic_products(c, table),
         *force_before(c, table),
+        *size_of_force(c, table),
+        *(play(c, table) if c.sensor == "accelerometer" else []),
     ],
 }
 """What they vary with -> what makes them."""

@@ -25,7 +25,7 @@ from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.found import Found, Question, best_of, free, on
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, LEAST, along
 from planner.diagnose.hypotheses.pool import Pool, given, inverse, pool_of
-from planner.diagnose.hypotheses.scores import score
+from planner.diagnose.hypotheses.scores import Score, score
 from planner.diagnose.references.references import hypothesis
 from planner.diagnose.vetoes.unnamed import MISFIT_OF_A_NAME, choice, told_apart
 from planner.nouns.array import Array
@@ -33,6 +33,10 @@ from planner.protocols import Condition
 from planner.solvers.distributions import TWO_SIDED
 
 DEPARTS = 1e-3  # p over the departures of one name, from which its form is not the one that is there
+# p of one over the input along which it runs, from which it is another curve of that: they are one question,
+# for the columns that ask it have nearly all in common. What wanders is set by nobody, and bends as well
+BENDS = 2e-3
+INPUTS = ("rate", "specific_force")
 MOST_NAMES = (
     2  # on one channel, a second beside one that departs; with a variable in common they are one claim
 )
@@ -153,12 +157,19 @@ def _excludes(change: float, c: float, length: float) -> bool:
 
 def _departs(found: Found, b: int, axis: int, slopes: Block | None) -> bool:
     """Whether some variable changes the coefficient of a believed block."""
-    w = found.pool.state[axis]
-    x = list(_variables(w.channel, hypothesis(found.pool.blocks[b].name).variable))
-    one, first = _beside(found, b, axis, slopes, x)
-    told = [score(one, [first + i]) for i in range(len(x))]
-    told = [s for s in told if s.m and s.delta > MISFIT_OF_A_NAME * found.share(b).delta]
-    return bool(told) and min(s.log_p for s in told) < np.log(DEPARTS / len(x))
+    w, variable = found.pool.state[axis], hypothesis(found.pool.blocks[b].name).variable
+    own, others = list(_courses(w.channel, variable)), list(_others(w.channel, variable))
+    one, first = _beside(found, b, axis, slopes, [*own, *others])
+    told = [score(one, [first + i]) for i in range(len(own) + len(others))]
+    log_p = [s.log_p if s.m and _is_more(found, b, s) else 0.0 for s in told]
+    if variable in INPUTS and min(log_p[: len(own)]) < np.log(BENDS):
+        return True
+    return bool(min(log_p, default=0.0) < np.log(DEPARTS / max(len(told), 1)))
+
+
+def _is_more(found: Found, b: int, s: Score) -> bool:
+    """Whether a departure is more than what readings with noise leave of an equation that is right."""
+    return bool(s.delta > MISFIT_OF_A_NAME * found.share(b).delta)
 
 
 def _sizes(
@@ -197,18 +208,21 @@ def _coefficients(found: Found, b: int) -> Array:
     return np.asarray(np.divide(gamma[mine], size, out=np.zeros_like(size), where=size > 0))
 
 
-def _variables(c: Channel, own: Condition | None) -> Iterator[Array]:
-    """(n,) each variable of the records from −1 to 1, and what an effect may bend by along its own."""
+def _others(c: Channel, own: Condition | None) -> Iterator[Array]:
+    """(n,) each variable of the records from −1 to 1, but the one along which an effect runs."""
     for name in VARIABLES:
-        yield _scaled(_values(c, name))
-    courses = list(_courses(c, own))
-    yield from courses[1:] if own in VARIABLES else courses
+        if name != _along(c, own):
+            yield _scaled(_values(c, name))
+
+
+def _along(c: Channel, own: Condition | None) -> Condition | None:
+    """The variable along which an effect runs; an accelerometer's input is the load (`of_the_sensor`)."""
+    return "specific_force" if own == "rate" and c.sensor == "accelerometer" else own
 
 
 def _courses(c: Channel, own: Condition | None) -> Iterator[Array]:
     """(n,) an effect's own variable from −1 to 1 and its square; of the channel's input also its modulus."""
-    load = own == "rate" and c.sensor == "accelerometer"  # its input, as `of_the_sensor` calls it
-    name: Condition | None = "specific_force" if load else own
+    name = _along(c, own)
     if name in VARIABLES:
         x = _scaled(_values(c, name))
         yield x

@@ -13,9 +13,10 @@ from planner.diagnose.findings.declared_and_found import ChannelEstimates, Toget
 from planner.diagnose.findings.sure_by_the_fit import chance_by_the_fit
 from planner.diagnose.hypotheses.found import ALPHA
 from planner.diagnose.search.sensor import begin
+from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Sensor
 from tests.diagnose.found import found_effect
-from tests.diagnose.hall import axes_apart, days, hidden, read
+from tests.diagnose.hall import Hall, Noise, axes_apart, days, hidden, read
 from tests.diagnose.worlds import DECLARED, spec
 
 ASYMMETRY = "scale_factor_asymmetry"
@@ -93,3 +94,44 @@ def test_what_the_fit_is_not_sure_of_is_no_name() -> None:
     assert not stands
     assert [(r.effect, r.why) for r in falls] == [("misalignment_temperature", UNSURE)]
     assert not rest
+
+
+def _one_way_each(seed: int, power_ons: int) -> tuple[DwellTable, int]:
+    """An asymmetry of a gyro that power-ons turn one way each, each with a scale factor of its own."""
+    hall, axis = days(seed, power_ons), seed % 3
+    kept = (hall.turn[:, axis] == 0.0) | ((hall.turn[:, axis] > 0.0) == (hall.run % 2 == 0))
+    hall = Hall(*(x[kept] for x in vars(replace(hall, temperature=np.full(len(kept), 20.0))).values()))
+    table = read(hall, seed, gyro=Noise(4e-4, 1e-3, scale=2e-5))
+    return hidden(table, "gyro", axis, 3e-3 * np.abs(hall.turn[:, axis])), axis
+
+
+@pytest.mark.parametrize("seed", [721, 722, 723])
+def test_what_few_power_ons_tell_is_asked_by_thrice_the_budgets_too(seed: int) -> None:
+    """By one degree of freedom 71 sigma were no surer than chance among a hundred names."""
+    table, axis = _one_way_each(seed, 4)
+    told = declared_and_found(table, spec(), "gyro", [ASYMMETRY], [axis])[axis].together[ASYMMETRY]
+    assert told.freedom < 8.0
+    assert told.budgeted > 0.0
+    begun = begin(prepared(read(axes_apart(1), 1)), "gyro", DECLARED)
+    b = next(i for i, x in enumerate(begun.pool.blocks) if x.key == (ASYMMETRY, (axis,)))
+
+    def chance(one: Together) -> float:
+        return chance_by_the_fit(begun.pool, {axis: ChannelEstimates({}, {}, (), {ASYMMETRY: one})}, b)
+
+    assert chance(told) < ALPHA
+    assert chance(replace(told, square=71.0**2, freedom=1.1, budgeted=0.0)) > ALPHA
+    assert chance(replace(told, square=9.0, freedom=1.1, budgeted=9.0)) > ALPHA
+    table, axis = _one_way_each(seed, 24)
+    many = declared_and_found(table, spec(), "gyro", [ASYMMETRY], [axis])[axis].together[ASYMMETRY]
+    assert many.budgeted == 0.0  # they tell the spread themselves
+
+
+def test_nothing_is_asked_by_budgets_that_the_spec_does_not_have() -> None:
+    table, axis = _one_way_each(721, 4)
+    unit = spec().unit
+    scale = unit.gyro["scale_factor"].model_copy(update={"run_to_run": None})
+    gyro = {**unit.gyro, "scale_factor": scale}
+    bare = spec().model_copy(update={"unit": unit.model_copy(update={"gyro": gyro})})
+    told = declared_and_found(table, bare, "gyro", [ASYMMETRY], [axis])[axis].together[ASYMMETRY]
+    assert told.freedom < 8.0
+    assert told.budgeted == 0.0
