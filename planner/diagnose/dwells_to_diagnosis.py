@@ -17,6 +17,7 @@ from planner.diagnose.findings.lagging_thermometer import NAME as LAGS
 from planner.diagnose.findings.limits import limits
 from planner.diagnose.findings.reported import channel_name, found_effects
 from planner.diagnose.findings.suspects import suspects
+from planner.diagnose.findings.unlike_power_ons import of_their_power_ons, unlike_power_ons
 from planner.diagnose.hypotheses.found import ALPHA
 from planner.diagnose.noise.channel_noise import LEAST_RUNS
 from planner.diagnose.records.fahrenheit import in_fahrenheit
@@ -83,6 +84,11 @@ def diagnose(
     )
     common = [one for s in found if (one := common_scale(s, spec)) is not None]
     wrong = (*wrong, *stays.suspects, *off_as_a_whole(left), *common)
+    unlike = unlike_power_ons(assumed, wrong)
+    if unlike is not None:
+        wrong = (*wrong, unlike)
+        effects, theirs = of_their_power_ons(effects, data)
+        spans = [*spans, *theirs]
     untestable += _of_references(found, spec, {one.hypothesis for one in wrong})
     return UnitDiagnosis(
         unit=str(table.unit[0]),

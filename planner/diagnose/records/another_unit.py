@@ -113,7 +113,7 @@ def _of_turns(rows: InOrder) -> AnotherUnit | None:
         return None
     p, fewer = found
     number = rows.number[fewer]
-    out = np.isin(rows.table.run, number)
+    out = ~np.isin(rows.table.run, rows.number[~fewer])  # nor are loads: whose they are nobody knows
     which = ", ".join(map(str, number[:MOST_SAID])) + (" …" if len(number) > MOST_SAID else "")
     check = f"compare the serial numbers of power-ons that turn with those at rest (runs {which})"
     suspect = _suspect(rows.table, p, int(number[0]), (float(number[0]), float(number[0])), check)
