@@ -25,6 +25,7 @@ from planner.diagnose.records.gravity_of_turns import gravity_of_turns
 from planner.diagnose.records.left_out import copies, left_out, off_as_a_whole
 from planner.diagnose.records.not_as_said import screened
 from planner.diagnose.records.put_right import Judged, Search, channels_searched, put_right, without_off
+from planner.diagnose.records.records_that_stay import records_that_stay
 from planner.diagnose.records.temperature_of_before import temperature_of_before
 from planner.diagnose.references.thermometer_offset import untold_offset
 from planner.diagnose.search.sensor import SensorFound
@@ -75,6 +76,8 @@ def diagnose(
     unknown = [*unnamed, *rest]
     not_found, untestable = _limits(found, data, spec)
     assumed = tuple(a for s in found for a in assumptions(s, spec, data))
+    told = [c for e in effects for c in e.channels] + [c for u in unknown for c in u.channels]
+    unknown += records_that_stay(found, assumed, told, data.starts)
     left = [*stays.off, *copies(data), *left_out(found, data)]
     wrong = (
         *rewritten,
