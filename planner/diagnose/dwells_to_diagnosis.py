@@ -17,6 +17,7 @@ from planner.diagnose.findings.lagging_thermometer import NAME as LAGS
 from planner.diagnose.findings.limits import limits
 from planner.diagnose.findings.reported import channel_name, found_effects
 from planner.diagnose.findings.suspects import suspects
+from planner.diagnose.findings.unlike_power_ons import of_their_power_ons, unlike_power_ons
 from planner.diagnose.hypotheses.found import ALPHA
 from planner.diagnose.noise.channel_noise import LEAST_RUNS
 from planner.diagnose.records.fahrenheit import in_fahrenheit
@@ -24,6 +25,7 @@ from planner.diagnose.records.gravity_of_turns import gravity_of_turns
 from planner.diagnose.records.left_out import copies, left_out, off_as_a_whole
 from planner.diagnose.records.not_as_said import screened
 from planner.diagnose.records.put_right import Judged, Search, channels_searched, put_right, without_off
+from planner.diagnose.records.records_that_stay import records_that_stay
 from planner.diagnose.records.temperature_of_before import temperature_of_before
 from planner.diagnose.references.thermometer_offset import untold_offset
 from planner.diagnose.search.sensor import SensorFound
@@ -74,6 +76,8 @@ def diagnose(
     unknown = [*unnamed, *rest]
     not_found, untestable = _limits(found, data, spec)
     assumed = tuple(a for s in found for a in assumptions(s, spec, data))
+    told = [c for e in effects for c in e.channels] + [c for u in unknown for c in u.channels]
+    unknown += records_that_stay(found, assumed, told, data.starts)
     left = [*stays.off, *copies(data), *left_out(found, data)]
     wrong = (
         *rewritten,
@@ -83,6 +87,11 @@ def diagnose(
     )
     common = [one for s in found if (one := common_scale(s, spec)) is not None]
     wrong = (*wrong, *stays.suspects, *off_as_a_whole(left), *common)
+    unlike = unlike_power_ons(assumed, wrong)
+    if unlike is not None:
+        wrong = (*wrong, unlike)
+        effects, theirs = of_their_power_ons(effects, data)
+        spans = [*spans, *theirs]
     untestable += _of_references(found, spec, {one.hypothesis for one in wrong})
     return UnitDiagnosis(
         unit=str(table.unit[0]),

@@ -17,6 +17,7 @@ from planner.diagnose.channels.read_temperature import STILL_K_S
 from planner.diagnose.noise.whitened import log_p
 from planner.diagnose.records.another_unit_among import of_either
 from planner.diagnose.records.another_unit_at_rest import another_at_rest, few_at_rest, some_at_rest
+from planner.diagnose.records.another_unit_of_turns import turns_of_another
 from planner.diagnose.records.leans_change import leans_change
 from planner.diagnose.records.levels_step import ANOTHER, LEAST_RATIO, LEAST_SIDE, all_step, levels_step
 from planner.diagnose.records.mounted_anew import mounted_anew, scaled_anew
@@ -26,6 +27,7 @@ from planner.measurement import AXES
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect
 from planner.nouns.dwell_table import DwellTable
+from planner.temperature_table import temperature_nodes
 
 EACH = 1e-3  # p of one channel's leans, held against those of power-ons, at a place that rows told
 LIKELY = 1.92  # of log p, half of χ²'s 95 % point of one: places as far behind the best may be the one
@@ -72,6 +74,8 @@ def another_unit(table: DwellTable, kept: NDArray[np.bool_]) -> AnotherUnit | No
             return None  # which power-on, and by how much, is told beside the error model; biases stay then
         return _said(rows, surest[0], best, "scale factors and misalignments", (first, last))
     stepped, at_rest = all_step(rows), _at_rest(table, kept)
+    if stepped is None and at_rest is None:
+        return _of_turns(rows)
     if stepped is None or (at_rest is not None and at_rest.log_p < stepped[0]):
         return at_rest  # behind a few of another unit all levels step back
     return _said(rows, *stepped, "the biases of all channels")
@@ -90,7 +94,8 @@ def _at_rest(table: DwellTable, kept: NDArray[np.bool_]) -> AnotherUnit | None:
     if len(rows.order) == 0:
         return None
     north = horizontal(table.conditions().at(rows.order))[0]
-    seen = table.acc[rows.order], table.ref_acc[rows.order], rows.run, north
+    u = table.ref_acc[rows.order]
+    seen = _about_curves(table.acc[rows.order], u, rows), u, rows.run, north
     found, few = another_at_rest(*seen, rows.temperature), few_at_rest(*seen, rows.temperature)
     some = some_at_rest(*seen, rows.temperature)
     least = min((one[0] for one in (found, few, some) if one is not None), default=0.0)
@@ -99,6 +104,38 @@ def _at_rest(table: DwellTable, kept: NDArray[np.bool_]) -> AnotherUnit | None:
     if few is not None and few[0] <= least:
         return _said_of_a_few(rows, *few)
     return None if some is None else _said_of_some(rows, *some)
+
+
+def _of_turns(rows: InOrder) -> AnotherUnit | None:
+    """Whether the turns are another unit's than the rests, where both have power-ons of their own."""
+    found = turns_of_another(rows)
+    if found is None:
+        return None
+    p, fewer = found
+    number = rows.number[fewer]
+    out = ~np.isin(rows.table.run, rows.number[~fewer])  # nor are loads: whose they are nobody knows
+    which = ", ".join(map(str, number[:MOST_SAID])) + (" …" if len(number) > MOST_SAID else "")
+    check = f"compare the serial numbers of power-ons that turn with those at rest (runs {which})"
+    suspect = _suspect(rows.table, p, int(number[0]), (float(number[0]), float(number[0])), check)
+    note = (
+        "the biases of all channels are others in power-ons that turn than in those at rest: rows of another "
+        f"unit; {int(out.sum())} rows are not judged"
+    )
+    return AnotherUnit(~out, suspect, note, p)
+
+
+def _about_curves(y: Array, u: Array, rows: InOrder) -> Array:
+    """(n, 3) readings less what they are beyond their input, on average, at each temperature of a power-on.
+
+    Of one that goes through several, a bias's curve is noise of its leans: 2 mg of rows that have 0.05.
+    """
+    nodes = temperature_nodes(rows.temperature)
+    at = np.argmin(np.abs(rows.temperature[:, None] - nodes), axis=1)
+    _, cell = np.unique(rows.run * len(nodes) + at, return_inverse=True)
+    if cell.max(initial=-1) <= rows.run.max(initial=-1):
+        return y
+    means = np.array([np.bincount(cell, c) for c in (y - u).T]) / np.bincount(cell)
+    return np.asarray(y - means.T[cell])
 
 
 def channels_of(table: DwellTable) -> tuple[str, ...]:

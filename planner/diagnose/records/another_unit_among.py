@@ -19,7 +19,9 @@ from planner.diagnose.records.leans_change import leans_of_each
 from planner.diagnose.records.leans_of_sets import leans_of_sets, of_both
 from planner.nouns.array import Array
 
-SIDE = 3  # power-ons of either unit
+SIDE = 3  # power-ons of either unit, of many; of nine
+FEW_RUNS = 9  # below which one against all others is a group: three channels say how those agree
+LEAST_RUNS = 4  # of which three say how leans scatter
 LEFT_OVER = 0.1  # of the gain, that leans may differ by within the groups
 ROUNDS = 20  # of Lloyd's; a dozen power-ons need three
 
@@ -32,17 +34,18 @@ def in_two_groups(
     y, u: (n, 3) readings and references of accelerometers at rest, run by run; run: (n,) 0 … runs − 1
     """
     runs = int(run.max(initial=-1)) + 1
-    if runs < 2 * SIDE:
+    side = SIDE if runs >= FEW_RUNS else 1
+    if runs < LEAST_RUNS:
         return None
     m, told = _each(y, u, run)
     there = np.zeros(runs, dtype=bool)
-    there[told] = _two_means(m[told]) if np.count_nonzero(told) >= 2 * SIDE else False
-    if min(np.count_nonzero(there), np.count_nonzero(told & ~there)) < SIDE:
+    there[told] = _two_means(m[told], side) if np.count_nonzero(told) >= max(2 * side, LEAST_RUNS) else False
+    if min(np.count_nonzero(there), np.count_nonzero(told & ~there)) < side:
         return None
     kept = told[run] & of_both(u, there[run])
     number, again = np.unique(run[kept], return_inverse=True)
     mine = there[number]
-    if min(np.count_nonzero(mine), np.count_nonzero(~mine)) < SIDE:
+    if min(np.count_nonzero(mine), np.count_nonzero(~mine)) < side:
         return None
     log, left = leans_of_sets(y[kept], u[kept], again, temperature[kept], mine[None, :])
     if left.max() > LEFT_OVER:
@@ -65,12 +68,12 @@ def _each(y: Array, u: Array, run: NDArray[np.int64]) -> tuple[Array, NDArray[np
     return np.column_stack(leans), told
 
 
-def _two_means(m: Array) -> NDArray[np.bool_]:
-    """(g,) the group of each of m (g, k); begun along what they differ by most."""
+def _two_means(m: Array, side: int) -> NDArray[np.bool_]:
+    """(g,) the group of each of m (g, k), of `side` at least; begun along what they differ by most."""
     about = m - np.median(m, axis=0)
     way = np.linalg.svd(about, full_matrices=False)[2][0]
     along = np.sort(about @ way)
-    widest = int(np.argmax(np.diff(along)[SIDE - 1 : len(along) - SIDE])) + SIDE - 1
+    widest = int(np.argmax(np.diff(along)[side - 1 : len(along) - side])) + side - 1
     there: NDArray[np.bool_] = np.asarray(about @ way > 0.5 * (along[widest] + along[widest + 1]))
     for _ in range(ROUNDS):
         if there.all() or not there.any():

@@ -5,7 +5,7 @@ a campaign to differ (`another_unit`), and a search then blames loads, faces and
 three accelerometers become others at one power-on, by more than any power-on draws them, and not as one
 rotation or one tilt of the base turns them: with Δ what each explains of the squares, at that place,
 
-    Δ(3 angles), Δ(north, east) < 0.9 Δ(6 leans)
+    Δ(3 angles), Δ(north, east) < 0.9 Δ(6 leans),   or < 0.97 where what they leave is no chance
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.channels.orthogonal import about_means, clear, orthonormal
+from planner.diagnose.noise.whitened import log_p
 from planner.diagnose.records.another_unit_among import in_two_groups
 from planner.diagnose.records.changed_power_ons import SIDE
 from planner.diagnose.records.leans_of_a_few import few_in_turn
@@ -23,6 +24,8 @@ from planner.nouns.array import Array
 ANOTHER = 1e-9  # p of all channels' leans together, over all places
 EACH = 1e-3  # p of the weakest channel's
 OF_THE_BENCH = 0.9  # of what six leans explain: of six that are anything three angles explain half
+ALL_OF_IT = 0.97  # from which what they leave is no more than small angles and a fixture's play
+BY_CHANCE = 1e-9  # p of what they leave between these, by the rows' own noise
 LEAST_RUNS = 4  # power-ons with rests, of which several say how leans scatter
 
 
@@ -86,7 +89,13 @@ def _is_no_bench(y: Array, u: Array, run: NDArray[np.int64], north: Array, there
         left.append(z[:, -1])
     e = np.concatenate(left)
     every, rotation = _square(np.concatenate(leans), e), _square(np.concatenate(shared)[:, :3], e)
-    return max(rotation, _square(np.concatenate(shared)[:, 3:], e)) < OF_THE_BENCH * every
+    bench = max(rotation, _square(np.concatenate(shared)[:, 3:], e))
+    if bench < OF_THE_BENCH * every:
+        return True
+    freedom = float(len(e) - 3 * base.shape[1] - 3 * int(run.max() + 1) - 6)
+    rest = max(float(e @ e) - every, 1e-300) / max(freedom, 1.0)
+    by_chance = freedom < 1.0 or float(log_p(every - bench, 3, freedom, rest)) > np.log(BY_CHANCE)
+    return bench < ALL_OF_IT * every and not by_chance
 
 
 def _square(X: Array, e: Array) -> float:

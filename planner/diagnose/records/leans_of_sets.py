@@ -94,15 +94,17 @@ def of_both(u: Array, there: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def _curve(mean: Array, temperature: Array) -> Array:
     """(g, k) a parabola over the temperatures of power-ons; one constant each where these are few.
 
-    Power-ons that all go through the same temperatures have the same mean, and one constant.
+    Power-ons that all go through the same temperatures have the same mean, and one constant. Where each has a
+    temperature of its own and they are few, a straight line: of bends all channels' leans say too little.
     """
     if np.ptp(mean) <= SAME_K:
         return np.ones((len(mean), 1))
     nodes = temperature_nodes(temperature)
-    if len(nodes) < LEAST_TEMPERATURES:
+    alone = len(nodes) == len(mean)
+    if len(nodes) < LEAST_TEMPERATURES and not alone:
         return np.asarray(np.eye(len(nodes))[np.argmin(np.abs(mean[:, None] - nodes), axis=1)])
     x = (mean - mean.mean()) / max(float(np.ptp(mean)), 1e-9)
-    return np.stack([np.ones_like(x), x, x**2], axis=1)
+    return np.stack([np.ones_like(x), x, x**2][: 2 if len(nodes) < LEAST_TEMPERATURES else 3], axis=1)
 
 
 def _channel(

@@ -54,7 +54,8 @@ def stuck_readings(table: DwellTable, kept: NDArray[np.bool_]) -> list[NoReading
 
     Readings of fine resolution repeat none at all, whatever the reference does; of noise that is a few times
     the last digit three records of one condition are alike now and then (`_by_rounding`). The rows are either
-    records after one another, or those at the channel's greatest or least reading, wherever they stand.
+    records after one another, or those at the channel's greatest or least reading, wherever they stand; or
+    one at the greatest and one at the least, of one size to the last digit and both short (`_both_ends`).
     """
     found = []
     for sensor, axis, y, u, _, least in _channels(table):
@@ -63,12 +64,14 @@ def stuck_readings(table: DwellTable, kept: NDArray[np.bool_]) -> list[NoReading
         apart = np.maximum(MOVES * np.ptp(u[order, axis]), FAR_OFF * least) if len(order) else np.inf
         rows = np.zeros(len(table), dtype=bool)
         groups = [g for g in (*_stretches(y, order), *_ends(y, order)) if len(g) >= REPEATS]
-        if not groups:
+        both = _both_ends(y, u[:, axis], order)
+        rows[both] = True
+        if not groups and not len(both):
             continue
         alive = len(order) - sum(map(len, groups))
         to_the_digit = len(np.unique(y[order])) > UNROUNDED * alive
         still = np.abs(np.diff(u[order, axis])) <= apart
-        fresh = ~np.isin(order, np.concatenate(groups))
+        fresh = ~np.isin(order, np.concatenate([np.empty(0, dtype=np.int64), *groups]))
         for group in groups:
             told = to_the_digit and _by_rounding(y[order], still, fresh, len(group)) <= CHANCE
             if told or np.ptp(u[group, axis]) > apart:
@@ -176,6 +179,18 @@ def _ends(y: Array, order: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
     if len(order):
         yield order[y[order] == y[order].max()]
         yield order[y[order] == y[order].min()]
+
+
+def _both_ends(y: Array, u: Array, order: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Rows at a greatest and a least reading of one size, both short of their references (n,): a range.
+
+    Two readings of one turn either way are alike to a bias and an asymmetry, not to the last digit.
+    """
+    ends = order[np.abs(y[order]) == np.abs(y[order]).max(initial=0.0)]
+    short = np.abs(y[ends]) < (1.0 - MOVES) * np.abs(u[ends])
+    either = np.any(y[ends] > 0.0) and np.any(y[ends] < 0.0)
+    found: NDArray[np.int64] = ends if either and np.all(short & (y[ends] * u[ends] > 0.0)) else ends[:0]
+    return found
 
 
 # ---------------------------------------------------------------- rows far from a line

@@ -25,6 +25,7 @@ from planner.diagnose.findings.lagging_thermometer import (
 )
 from planner.diagnose.findings.reported import channel_name
 from planner.diagnose.findings.suspects import suspects
+from planner.diagnose.records.not_soaked import NotSoaked, not_soaked
 from planner.diagnose.records.off_power_on import off_power_on
 from planner.diagnose.records.other_from_run_on import other_from_run_on
 from planner.diagnose.records.run_of_another_temperature import of_another_temperature
@@ -117,7 +118,9 @@ class Stays:
 
 def put_right(stays: Stays, search: Search) -> Judged:
     """What is found of the rows that stay with the thermometer put right, or another reference."""
-    judged = _with_temperatures_put_right(stays.judged, search)
+    judged = stays.judged
+    if not judged.suspects:
+        judged = _with_temperatures_put_right(judged, search)
     if judged.suspects:  # what a lag leaves of its ramps goes with their power-ons
         return judged
     if stays.mended is not None and judged is stays.judged:
@@ -165,6 +168,9 @@ def without_off(table: DwellTable, kept: NDArray[np.bool_], search: Search) -> S
     """
     judged = search.judged(rows_of(table, kept))
     found, data = judged.found, judged.data
+    soaks = not_soaked(found, data)
+    if soaks is not None:
+        return _of_the_chamber(soaks, table, kept, search)
     other = of_another_temperature(found, data)
     if other is not None and lags_more(found, data, other.strength):
         return Stays(kept, judged)
@@ -189,6 +195,18 @@ def without_off(table: DwellTable, kept: NDArray[np.bool_], search: Search) -> S
         return Stays(kept, judged)
     said = () if other is None else (other.suspect,)
     return Stays(kept, search.judged(rows_of(table, kept)), tuple(off), said)
+
+
+def _of_the_chamber(soaks: NotSoaked, table: DwellTable, kept: NDArray[np.bool_], search: Search) -> Stays:
+    """The rows at the temperatures of a unit that was not soaked, but those of what is off then."""
+    table, said = soaks.right(table), (soaks.suspect,)
+    judged = search.judged(rows_of(table, kept), said)
+    one = off_power_on(judged.found, judged.data)
+    if one is None:
+        return Stays(kept, judged)
+    off = tuple(one.rows(judged.data.full))
+    kept = kept & ~np.isin(table.run, one.runs)
+    return Stays(kept, search.judged(rows_of(table, kept), said), off)
 
 
 def _of_the_bench(judged: Judged, search: Search) -> Judged | None:

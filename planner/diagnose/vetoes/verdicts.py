@@ -40,6 +40,7 @@ MOVED = ("rate", "specific_force", "orientation", "rate_and_specific_force")  # 
 LEAST_OF_SCATTER = 8.0  # power-ons that tell a coefficient, from which their scatter is one
 ALONE = "it rests on one power-on alone"
 MOSTLY = 0.5  # of what is explained, less of which the others have: then their fit is made without that one
+A_FEW = "a few records, each off by itself, explain it as well"
 SCATTERS = "the power-ons scatter about it by more than their noise"
 AGREE = 0.01  # p of the others alone, and of a power-on that is as they are
 TAIL = 1e-3  # of a block's square that power-ons may have and still count as telling nothing of it
@@ -138,7 +139,7 @@ def _branches_of(here: Pool, rows: slice) -> NDArray[np.int64]:
 
 def _by_records(found: Found, b: int) -> Veto | None:
     if a_few_records_explain(found, b):
-        return Veto(b, "a few records, each off by itself, explain it as well")
+        return Veto(b, A_FEW)
     return None
 
 

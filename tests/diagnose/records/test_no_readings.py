@@ -108,6 +108,25 @@ def test_nothing_of_that_is_seen_where_readings_are_only_wrong_by_what_hides(see
 
 
 @pytest.mark.parametrize("seed", SEEDS)
+def test_a_range_that_two_turns_meet_either_way(seed: int) -> None:
+    """One record at either end, a tenth short of its turn, was taken for noise, and nothing was said."""
+    table, _ = campaign(seed)
+    assert table.gyro is not None
+    assert table.ref_rate is not None
+    ends = np.array([np.argmax(table.gyro[:, 0]), np.argmin(table.gyro[:, 0])])
+    most = float(np.abs(table.gyro[ends, 0]).max())
+    rest = np.setdiff1d(np.arange(len(table)), ends)
+    gyro, rate, every = table.gyro.copy(), table.ref_rate.copy(), np.ones(len(table), dtype=bool)
+    gyro[rest, 0] *= 0.9  # no other turn reaches the end of the range
+    gyro[ends, 0] = np.array([0.95, -0.95]) * most
+    rate[ends, 0] = np.array([1.05, -1.05]) * most
+    (one,) = stuck_readings(replace(table, gyro=gyro, ref_rate=rate), every)
+    assert sorted(np.flatnonzero(one.rows)) == sorted(ends)
+    rate[ends, 0] = gyro[ends, 0]
+    assert not stuck_readings(replace(table, gyro=gyro, ref_rate=rate), every)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
 def test_rounded_readings_that_repeat_at_one_input_are_alive(seed: int) -> None:
     table, _ = campaign(seed)
     assert table.gyro is not None
