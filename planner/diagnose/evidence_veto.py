@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from planner import catalog
-from planner.diagnose.shapes.generic import variable_of
+from planner.diagnose.shapes.generic import VARIES_WITH, variable_of
 from planner.nouns.diagnosis import (
     FoundEffect,
     NavigationCost,
@@ -89,6 +89,10 @@ def _unnamed(e: FoundEffect) -> list[Unknown]:
     if effect.bench_only:
         return []
     variable = variable_of(effect, e.sensor) or "unexplained"
+    inputs = {VARIES_WITH.get(one) for one in effect.needs}
+    near = [r.effect for r in e.rivals if r.effect in inputs]  # the nearest first
+    if variable in inputs and near:  # of several in which it is a product
+        variable = near[0]
     return [Unknown((c,), variable, e.p_value, e.strength) for c in e.channels]
 
 

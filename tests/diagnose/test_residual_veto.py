@@ -10,7 +10,14 @@ import yaml
 from planner.diagnose.diagnosis_to_residual import residual_changes, unit_fits
 from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.diagnose.evidence_veto import refused_by_residual
-from planner.nouns.diagnosis import FoundEffect, FoundTerm, ResidualChange, UnitDiagnosis, Unknown
+from planner.nouns.diagnosis import (
+    FoundEffect,
+    FoundTerm,
+    ResidualChange,
+    Rival,
+    UnitDiagnosis,
+    Unknown,
+)
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Sensor
 from tests.diagnose.labs.shapes import Hidden
@@ -49,6 +56,24 @@ def test_a_table_beyond_doubt_leaves_its_variable(effect: str, sensor: Sensor, v
     d = judged(found(effect, 22.0, sensor))
     assert [(u.channels, u.varies_with) for u in d.unknown] == [((f"{sensor}_z",), variable)]
     assert d.verdict == "unexplained"
+
+
+@pytest.mark.parametrize(
+    ("rivals", "variable"),
+    [
+        ((), "specific_force"),
+        ((("scale_factor_nonlinearity", 0.5), ("rate", 1.0), ("specific_force", 2.0)), "rate"),
+        ((("specific_force", 0.5), ("rate", 1.0)), "specific_force"),
+        ((("time_on_and_rate", 0.5),), "specific_force"),
+    ],
+)
+def test_a_product_of_rate_and_load_leaves_the_one_that_says_it_as_well(
+    rivals: tuple[tuple[str, float], ...], variable: str
+) -> None:
+    """A rate that saturates on a table was something that goes with the force."""
+    e = found("scale_factor_acceleration_squared", 22.0)
+    e = replace(e, rivals=tuple(Rival(name, apart) for name, apart in rivals))
+    assert [u.varies_with for u in judged(e).unknown] == [variable]
 
 
 def test_a_faint_name_leaves_nothing() -> None:

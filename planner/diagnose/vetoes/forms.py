@@ -15,7 +15,7 @@ show one odd shape, whatever it is.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -81,12 +81,24 @@ def _one_variable_for_several_names(found: Found, axis: int, question: Question)
             continue
         stand = any(pool.blocks[u].name == variable for u in on(pool, found.unknown, {axis}))
         without = given(pool, found.others(*mine))
-        every = [g for g in on(pool, question.generic, {axis}) if pool.blocks[g].name == variable]
-        scores = {g: score(without, [g]).criterion for g in every}
-        best = max(scores, key=lambda g: scores[g], default=None)
+        scores = {g: score(without, [g]).criterion for g in on(pool, question.generic, {axis})}
+        best = _over(pool, scores, variable)
         if stand or (best is not None and scores[best] > DECISIVE):
             found.library = [b for b in found.library if b not in mine]
-            found.unknown += [] if stand or best is None else [best]
+            found.unknown += [] if stand or best is None or best in found.unknown else [best]
+
+
+def _over(pool: Pool, scores: Mapping[int, float], variable: str) -> int | None:
+    """The best bins over a variable; those over another one, of which names are functions too, if decisive.
+
+    A rate that saturates is a scale factor over the load and one over its square, where loads go with rates.
+    """
+    own = [g for g in scores if pool.blocks[g].name == variable]
+    best = max(own, key=lambda g: scores[g], default=None)
+    other = max(scores, key=lambda g: scores[g], default=None)
+    if other is not None and (best is None or scores[other] > scores[best] + DECISIVE):
+        return other
+    return best
 
 
 def _is_asked(found: Found, b: int) -> bool:

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 
 from planner.diagnose.dwells_to_diagnosis import diagnose
+from planner.diagnose.hypotheses.pool import Pool
+from planner.diagnose.vetoes.forms import _over
 from planner.dwells.table_rows import rows_of
 from planner.nouns.diagnosis import UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable
@@ -77,3 +81,13 @@ def test_a_digit_lost_in_one_record_is_no_effect(seed: int) -> None:
     found = found_on(replace(table, day=day, acc=acc))
     assert not found.effects
     assert found.rows_left_out
+
+
+def test_several_names_of_one_variable_give_way_to_another_that_says_decisively_more() -> None:
+    """A rate that saturates was a scale factor over the load and over its square, and then the force."""
+    names = ("specific_force", "rate", "specific_force", "time_on_and_rate")
+    pool = cast(Pool, SimpleNamespace(blocks=[SimpleNamespace(name=name) for name in names]))
+    assert _over(pool, {0: 434.7, 1: 683.2, 2: 377.5, 3: 594.6}, "specific_force") == 1
+    assert _over(pool, {0: 675.0, 1: 683.2, 2: 377.5}, "specific_force") == 0
+    assert _over(pool, {1: 683.2}, "specific_force") == 1
+    assert _over(pool, {}, "specific_force") is None
