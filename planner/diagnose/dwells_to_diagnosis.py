@@ -23,7 +23,7 @@ from planner.diagnose.noise.channel_noise import LEAST_RUNS
 from planner.diagnose.records.fahrenheit import in_fahrenheit
 from planner.diagnose.records.gravity_of_turns import gravity_of_turns
 from planner.diagnose.records.left_out import copies, left_out, off_as_a_whole
-from planner.diagnose.records.not_as_said import screened
+from planner.diagnose.records.not_as_said import Screened, screened
 from planner.diagnose.records.put_right import Judged, Search, channels_searched, put_right, without_off
 from planner.diagnose.records.records_that_stay import records_that_stay
 from planner.diagnose.records.temperature_of_before import temperature_of_before
@@ -62,7 +62,8 @@ def diagnose(
     """
     _check(table, len(table))
     table, rewritten = _as_meant(table, spec)
-    seen = screened(table)
+    table, seen, late_reading = _screened(table)
+    rewritten += late_reading
     _check(table, int(seen.kept.sum()))
     search = Search(spec, seed, progress)
     stays = without_off(table, seen.kept, search)
@@ -115,12 +116,26 @@ def _as_meant(table: DwellTable, spec: Spec) -> tuple[DwellTable, list[Reference
     """The table with what was written in it otherwise than it is meant, and what is said of that."""
     chambers = [b.chamber.range for b in spec.benches.values() if b.chamber is not None]
     said = []
-    for asked in (gravity_of_turns, lambda t: in_fahrenheit(t, chambers), temperature_of_before):
+    for asked in (gravity_of_turns, lambda t: in_fahrenheit(t, chambers)):
         one = asked(table)
         if one is not None:
             table = one.table
             said.append(one.suspect)
     return table, said
+
+
+def _screened(table: DwellTable) -> tuple[DwellTable, Screened, list[ReferenceSuspect]]:
+    """The table with a thermometer that was read a record late put right, screened, and what is said of that.
+
+    Asked again of the rows that stay: turned labels of two power-ons were as much likelier with it.
+    """
+    late = temperature_of_before(table)
+    if late is None:
+        return table, screened(table), []
+    seen = screened(late.table)
+    if not seen.kept.all() and temperature_of_before(table, seen.kept) is None:
+        return table, screened(table), []
+    return late.table, seen, [late.suspect]
 
 
 def _fitted(

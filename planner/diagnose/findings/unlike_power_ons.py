@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from planner import catalog
 from planner.diagnose.channels.prepared import Prepared
 from planner.diagnose.findings.suspects import DEGREES
 from planner.diagnose.noise.components import LEANS
@@ -27,6 +28,7 @@ FAR = 5.0  # budgets, at the low end of the interval: twice as much may be a bud
 SEVERAL = 2  # channels; what all three say together counts for them
 CHANCE = 1e-6  # of each
 OF_LEANS = "misalignment_temperature"
+OF_DAYS = "the power-ons differ in how the unit was mounted, or in which unit it was: days tell no more"
 WHY = "every power-on has a temperature of its own, and they differ in how the unit was mounted"
 
 
@@ -67,12 +69,20 @@ def _channels(a: Assumption) -> list[str]:
 def of_their_power_ons(
     effects: Sequence[FoundEffect], data: Prepared
 ) -> tuple[list[FoundEffect], list[Refused]]:
-    """The effects without those of leans over temperature that unlike power-ons explain, and these."""
+    """The effects without those that unlike power-ons explain, and these.
+
+    What goes with the days alone is seen between power-ons, and these are not of one unit as it stood once.
+    """
+    known = catalog.effects()
+    days = [e for e in effects if known[e.effect].needs == {"day"}]
+    effects = [e for e in effects if e not in days]
+    falls = [Refused(e.effect, e.channels, OF_DAYS) for e in days]
     t, starts = data.table.temperature_degc, data.starts
     nodes = temperature_nodes(t)
     at = np.argmin(np.abs(t[:, None] - nodes), axis=1)
     run = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, len(t))))
     if len(np.unique(np.stack([at, run]), axis=1).T) > len(nodes):
-        return list(effects), []
-    falls = [e for e in effects if e.effect == OF_LEANS]
-    return [e for e in effects if e not in falls], [Refused(e.effect, e.channels, WHY) for e in falls]
+        return effects, falls
+    leans = [e for e in effects if e.effect == OF_LEANS]
+    falls += [Refused(e.effect, e.channels, WHY) for e in leans]
+    return [e for e in effects if e not in leans], falls

@@ -205,7 +205,8 @@ def _said_of_some(rows: InOrder, p: float, there: NDArray[np.bool_]) -> AnotherU
     out = of_either(t.acc, t.ref_acc, t.run, t.temperature_degc, one, two)
     runs = np.unique(t.run[out])
     which = ", ".join(map(str, runs[:MOST_SAID])) + (" …" if len(runs) > MOST_SAID else "")
-    return _said_of_runs(t, p, f"runs {which}", int(runs[0]), out)
+    name = f"runs {which}" if len(runs) > 1 else f"run {which}"
+    return _said_of_runs(t, p, name, int(runs[0]), out)
 
 
 def _said_of_runs(table: DwellTable, p: float, which: str, first: int, out: NDArray[np.bool_]) -> AnotherUnit:

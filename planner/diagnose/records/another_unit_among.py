@@ -20,7 +20,8 @@ from planner.diagnose.records.leans_of_sets import leans_of_sets, of_both
 from planner.nouns.array import Array
 
 SIDE = 3  # power-ons of either unit, of many; of nine
-FEW_RUNS = 9  # below which one against all others is a group: three channels say how those agree
+FEW_RUNS = 9  # below which two that agree are a group
+FEW_SIDE = 2  # one of five or more that is off by itself has a name of its own (`off_power_on`); of four none
 LEAST_RUNS = 4  # of which three say how leans scatter
 LEFT_OVER = 0.1  # of the gain, that leans may differ by within the groups
 ROUNDS = 20  # of Lloyd's; a dozen power-ons need three
@@ -34,7 +35,7 @@ def in_two_groups(
     y, u: (n, 3) readings and references of accelerometers at rest, run by run; run: (n,) 0 … runs − 1
     """
     runs = int(run.max(initial=-1)) + 1
-    side = SIDE if runs >= FEW_RUNS else 1
+    side = SIDE if runs >= FEW_RUNS else FEW_SIDE if runs > LEAST_RUNS else 1
     if runs < LEAST_RUNS:
         return None
     m, told = _each(y, u, run)

@@ -37,6 +37,7 @@ from planner.diagnose.findings.lagging_thermometer import (
     OF_WHAT_IS_COMMON,
     Seen,
     curves,
+    on_several_ramps,
     seen_of,
 )
 from planner.diagnose.findings.lagging_thermometer import NAME as LAGS
@@ -49,6 +50,10 @@ from planner.solvers.distributions import chi_square_tail
 from planner.temperature_table import temperature_nodes
 
 TAUS_S = (100.0, 200.0, 300.0, 450.0, 700.0, 1000.0, 1500.0, 2500.0)  # of a unit's mass on its fixture
+FIRST_S = (200.0, 700.0, 1500.0)  # asked of curves as read, before all are about the temperatures found
+QUICK = 1_000  # rows, of which all is asked within a fifth of a second
+FAR_FROM = 20.0  # log odds against one temperature, that curves as read may miss of it
+FOLLOWS = 0.01  # p, as a channel foretells the others
 GLIMPSED_S = 450.0  # of which what any of them leaves has enough
 SIGMAS_K = (0.5, 1.5, 5.0, 15.0, 50.0)  # of d_r, where what they would be is weighed
 SIGMA_K = 15.0  # of d_r before any record: beyond it a chamber has not even come near
@@ -113,18 +118,20 @@ def not_soaked(found: Sequence[SensorFound], data: Prepared) -> NotSoaked | None
     points = len(temperature_nodes(table.temperature_degc))
     degree = int(np.clip(points - 1, 1, MOST_DEGREE))
     several = sum(len(s.found.pool.state) for s in found) >= SEVERAL
-    if points < LEAST_POINTS or len(table) > MOST_ROWS or not several:
-        return None
+    if points < LEAST_POINTS or len(table) > MOST_ROWS or not several or on_several_ramps(data):
+        return None  # of ramps it is asked how much the thermometer lags
     if not _goes_with_time(found) and not _glimpsed(found, data, degree):
         return None
     seen = [seen_of(s, axis) for s in found for axis in s.found.pool.state]
     names = [c.name for s in found for c in s.channels]
     fit = _Fit(data, [_Channel.of(one) for one in seen], degree)
+    if len(table) > QUICK and not any(fit.may_be(tau) for tau in FIRST_S):
+        return None
     each = [fit.at(tau) for tau in TAUS_S]
     left = np.array([one.left for one in each])
     best = int(np.argmin(left))
     one, s2 = each[best], fit.noise(float(left[best]))
-    p = len(TAUS_S) * min(one.foretold(s2), float(np.exp(-max(one.odds(s2), 0.0))))
+    p = min(_foretold(one.first, s2), float(np.exp(-max(_odds(one.gram, one.h, s2), 0.0)))) * len(TAUS_S)
     if p > CHANCE or not one.agree(s2) or not one.no_warm_up(s2) or np.abs(one.d).max() > MOST_K:
         return None
     told = tuple(name for name, fall in zip(names, one.falls / s2, strict=True) if fall > CHI2_999)
@@ -218,22 +225,6 @@ class _At:
     apart: Array
     alike: Array
 
-    def foretold(self, s2: float) -> float:
-        """p of how the others follow what the channel that says most by itself says, of curves as read."""
-        alone = [x.h @ _inverse(x.gram, s2) @ x.h for x in self.first]
-        a = int(np.argmax(alone))
-        d = _inverse(self.first[a].gram, s2) @ self.first[a].h
-        G = np.sum([x.gram for x in self.first], axis=0) - self.first[a].gram
-        along = float((np.sum([x.h for x in self.first], axis=0) - self.first[a].h) @ d)
-        square = float(d @ G @ d)
-        return float(chi_square_tail(along**2 / square / s2, 1)) if along > 0.0 and square > 0.0 else 1.0
-
-    def odds(self, s2: float) -> float:
-        """Log of the odds of one d_r for all channels against a d_ar of each that needs one."""
-        each = (_evidence(G, h, s2) for G, h in zip(self.gram, self.h, strict=True))
-        together = _evidence(self.gram.sum(axis=0), self.h.sum(axis=0), s2)
-        return together - sum(max(one, 0.0) for one in each)
-
     def agree(self, s2: float) -> bool:
         """Whether the channels say the same d_r: each by itself would say little more, or that by chance."""
         falls, apart = self.falls / s2, self.apart / s2
@@ -265,6 +256,14 @@ class _Fit:
     data: Prepared
     channels: Sequence[_Channel]
     degree: int
+
+    def may_be(self, tau: float) -> bool:
+        """Whether channels may say one temperature, by curves as read; of a warm-up of one they do not."""
+        t = self.data.table
+        each = [self._linear(c, t.temperature_degc, np.exp(-t.time_on / tau)) for c in self.channels]
+        s2 = self.noise(sum(x.left for x in each))
+        odds = _odds(np.array([x.gram for x in each]), np.array([x.h for x in each]), s2)
+        return odds > -FAR_FROM or _foretold(each, s2) < FOLLOWS
 
     def at(self, tau: float) -> _At:
         """What they say of one time constant."""
@@ -315,6 +314,22 @@ class _Fit:
         columns = sum(2 * (self.degree + 1) + int(c.fixed.shape[1]) - 1 for c in self.channels)
         freedom = len(self.channels) * len(self.data.table) - columns - len(self.data.starts)
         return max(left / max(freedom, 1), 1.0)
+
+
+def _foretold(each: Sequence[_Linear], s2: float) -> float:
+    """p of how the others follow what the channel that says most by itself says, of curves as read."""
+    a = int(np.argmax([x.h @ _inverse(x.gram, s2) @ x.h for x in each]))
+    d = _inverse(each[a].gram, s2) @ each[a].h
+    others = [x for x in each if x is not each[a]]
+    along = float(np.sum([x.h for x in others], axis=0) @ d)
+    square = float(d @ np.sum([x.gram for x in others], axis=0) @ d)
+    return float(chi_square_tail(along**2 / square / s2, 1)) if along > 0.0 and square > 0.0 else 1.0
+
+
+def _odds(gram: Array, h: Array, s2: float) -> float:
+    """Log of the odds of one d_r for all channels, (a, g, g) and (a, g), against d_ar where it is needed."""
+    own = (_evidence(G, x, s2) for G, x in zip(gram, h, strict=True))
+    return _evidence(gram.sum(axis=0), h.sum(axis=0), s2) - sum(max(one, 0.0) for one in own)
 
 
 def _evidence(gram: Array, h: Array, s2: float) -> float:

@@ -58,8 +58,13 @@ class TemperatureOfBefore:
         )  # fmt: skip
 
 
-def temperature_of_before(table: DwellTable) -> TemperatureOfBefore | None:
-    """The table with each record at the temperature that is written in the next one, if that was its own."""
+def temperature_of_before(
+    table: DwellTable, kept: NDArray[np.bool_] | None = None
+) -> TemperatureOfBefore | None:
+    """The table with each record at the temperature that is written in the next one, if that was its own.
+
+    kept: (n,) rows that may tell it, all unless given
+    """
     if len(table) > MOST_ROWS or "temp_degc" in table.absent:
         return None
     order = np.lexsort((table.time_on, table.run))
@@ -72,11 +77,12 @@ def temperature_of_before(table: DwellTable) -> TemperatureOfBefore | None:
     moved = table.temperature_degc.copy()
     moved[order] = t + step
     names = channels_of(table)
-    odds = dict(zip(names, _odds(table, order, moved), strict=False))
+    tell = order if kept is None else order[kept[order]]
+    odds = dict(zip(names, _odds(table, tell, moved), strict=False))
     told = tuple(c for c, x in odds.items() if x > EACH)
     if len(told) < SEVERAL or min(odds.values()) < -EACH or sum(odds.values()) < SURE:
         return None
-    if _lags_as_well(table, order, odds):
+    if _lags_as_well(table, tell, odds):
         return None
     right = replace(table, temperature_degc=moved)
     strength = float(np.sqrt(2.0 * sum(odds.values())))

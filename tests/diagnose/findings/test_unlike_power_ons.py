@@ -7,6 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.diagnose.channels.prepared import prepared
+from planner.diagnose.findings.unlike_power_ons import OF_LEANS as LEANS
+from planner.diagnose.findings.unlike_power_ons import of_their_power_ons
+from tests.diagnose.found import found_effect
 from tests.diagnose.hall import Hall, chamber, days, read
 from tests.diagnose.worlds import whole
 
@@ -39,3 +43,12 @@ def test_a_unit_that_stays_clamped(seed: int, hall: Hall) -> None:
     angles = np.radians(2e-3) * rng.normal(size=(int(hall.run.max()) + 1, 3))[hall.run]
     found = whole(read(hall, seed, felt=_turned(hall, angles)))
     assert not found.reference_suspects
+
+
+def test_days_and_temperatures_of_their_own_tell_nothing_of_unlike_power_ons() -> None:
+    """Of power-ons that come back to a temperature, leans over it are told; days tell nothing either way."""
+    several = [found_effect(e, "gyro_x", 1e-4, 1e-5) for e in ("bias_step", "g_sensitivity", LEANS)]
+    for hall, stays in ((days(21, 20), ["g_sensitivity", LEANS]), (days(21, 5), ["g_sensitivity"])):
+        effects, falls = of_their_power_ons(several, prepared(read(hall, 21)))
+        assert [e.effect for e in effects] == stays
+        assert {r.effect for r in falls} == {e.effect for e in several} - set(stays)

@@ -45,3 +45,16 @@ def test_what_one_channel_lags_is_that_channels(seed: int) -> None:
     table = read(chamber(seed), seed)
     lag = _late(table).temperature_degc - table.temperature_degc
     assert temperature_of_before(hidden(table, "gyro", 1, 1e-3 * lag)) is None
+
+
+@pytest.mark.parametrize("seed", [81, 82])
+def test_rows_that_do_not_stay_tell_nothing_of_it(seed: int) -> None:
+    """All records are put right by those that tell: the first ones of each soak."""
+    right = read(chamber(seed), seed)
+    table = _late(right)
+    whole, some = temperature_of_before(table), temperature_of_before(table, table.run > 2)
+    assert whole is not None
+    assert some is not None
+    np.testing.assert_array_equal(whole.table.temperature_degc, some.table.temperature_degc)
+    assert some.strength < whole.strength
+    assert temperature_of_before(table, table.temperature_degc == right.temperature_degc) is None
