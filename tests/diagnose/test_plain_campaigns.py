@@ -163,8 +163,8 @@ def test_what_every_gyro_has_for_itself_is_no_bending_arm(hidden: str, seed: int
         ("high_g", 12),
         ("small_uav", 15),
         ("tactical_leg", 6),
-        ("tactical_leg", 8),
         ("helicopter", 12),
+        ("published_two_benches", 6),
     ],
 )
 @pytest.mark.further(
@@ -172,10 +172,11 @@ def test_what_every_gyro_has_for_itself_is_no_bending_arm(hidden: str, seed: int
     [
         *(("high_g", seed) for seed in (1, 2, 3, 5, 6, 7, 8, 14, 15, 29)),
         *(("small_uav", seed) for seed in (1, 2, *range(4, 9))),
-        *(("tactical_leg", seed) for seed in range(1, 5)),
+        *(("tactical_leg", seed) for seed in (1, 2, 3, 4, 8)),
         ("helicopter", 1),
         ("recalibration", 4),
         ("published_optimum", 7),
+        ("published_accelerated", 5),
     ],
 )
 def test_the_campaign_of_a_plan_gives_no_alarm(name: str, seed: int) -> None:
@@ -185,6 +186,9 @@ def test_the_campaign_of_a_plan_gives_no_alarm(name: str, seed: int) -> None:
     Of two power-ons at one temperature one was off, by what no other said to a thirtieth.
     A hot end that the campaign met last was read 16 K too hot, which bends every curve as it likes.
     What wanders in 2000 s was held against a budget of 600 s, of which half as much makes the same steps.
+    Curves through fifteen temperatures are no polynomials of seven degrees: what these miss at one of them
+    was a unit that had not come to it, by 15 K. A scale factor that wanders by 0.002 % of 1500 deg/s went, of
+    six power-ons, with the time and the rate.
     """
     unit = load_spec(SHIPPED / f"{name}.yaml")
     plan = json.loads(plan_text(shipped_plan(name).plan))

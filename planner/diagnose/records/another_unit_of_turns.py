@@ -27,6 +27,7 @@ from planner.nouns.array import Array
 SIDE = 3  # power-ons of turns, and of rests
 TWO = 2  # accelerometers that must say it: the third may have the same bias by chance
 SEEN = 1e-6  # of the largest direction within power-ons
+ROUNDING = 1e-9  # of a column: what is left of one that is the same in all rows of a power-on
 
 
 def turns_of_another(rows: InOrder) -> tuple[float, NDArray[np.bool_]] | None:
@@ -60,9 +61,10 @@ def _levels(X: Array, rows: InOrder) -> Array:
     """(runs,) mean of the last column less what the others, fitted about the means of power-ons, say."""
     means = rows.means(X)
     about = X - means[rows.run]
-    size = np.maximum(np.linalg.norm(about[:, :-1], axis=0), 1e-300)
-    slope = np.linalg.lstsq(about[:, :-1] / size, about[:, -1], rcond=SEEN)[0] / size
-    return np.asarray(means[:, -1] - means[:, :-1] @ slope)
+    size = np.linalg.norm(about[:, :-1], axis=0)
+    told = size > ROUNDING * np.linalg.norm(X[:, :-1], axis=0)
+    slope = np.linalg.lstsq(about[:, :-1][:, told] / size[told], about[:, -1], rcond=SEEN)[0] / size[told]
+    return np.asarray(means[:, -1] - means[:, :-1][:, told] @ slope)
 
 
 def _log_p(level: Array, curve: Array, turns: NDArray[np.bool_]) -> float:

@@ -47,7 +47,7 @@ from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect
 from planner.nouns.dwell_table import DwellTable
 from planner.solvers.distributions import chi_square_tail
-from planner.temperature_table import temperature_nodes
+from planner.temperature_table import GAP_K, hats, temperature_nodes
 
 TAUS_S = (100.0, 200.0, 300.0, 450.0, 700.0, 1000.0, 1500.0, 2500.0)  # of a unit's mass on its fixture
 FIRST_S = (200.0, 700.0, 1500.0)  # asked of curves as read, before all are about the temperatures found
@@ -124,7 +124,7 @@ def not_soaked(found: Sequence[SensorFound], data: Prepared) -> NotSoaked | None
         return None
     seen = [seen_of(s, axis) for s in found for axis in s.found.pool.state]
     names = [c.name for s in found for c in s.channels]
-    fit = _Fit(data, [_Channel.of(one) for one in seen], degree)
+    fit = _Fit(data, [_Channel.of(one, table.temperature_degc) for one in seen], degree)
     if len(table) > QUICK and not any(fit.may_be(tau) for tau in FIRST_S):
         return None
     each = [fit.at(tau) for tau in TAUS_S]
@@ -184,15 +184,22 @@ def _glimpsed(found: Sequence[SensorFound], data: Prepared, degree: int) -> bool
 
 @dataclass(frozen=True)
 class _Channel:
-    """One channel. fixed: (n, 1 + k) whitened: reading beyond its input, columns without a temperature."""
+    """One channel. fixed: (n, 1 + k) whitened: reading beyond its input, columns without a temperature.
+
+    bends: (n, m) whitened, what a curve through every point of a chamber has beyond polynomials of so few
+        degrees: a misfit that all power-ons of one temperature share is none of its own
+    """
 
     seen: Seen
     fixed: Array
+    bends: Array
 
     @classmethod
-    def of(cls, seen: Seen) -> _Channel:
-        noise = seen.w.noise
-        return cls(seen, noise.whiten(np.column_stack([seen.y - seen.v, seen.others, noise.fixed_runs])))
+    def of(cls, seen: Seen, degc: Array) -> _Channel:
+        noise, nodes = seen.w.noise, temperature_nodes(degc)
+        fixed = noise.whiten(np.column_stack([seen.y - seen.v, seen.others, noise.fixed_runs]))
+        through = hats(degc, nodes, GAP_K) if len(nodes) > MOST_DEGREE + 1 else np.empty((len(degc), 0))
+        return cls(seen, fixed, noise.whiten(np.column_stack([through, through * seen.v[:, None]])))
 
 
 @dataclass(frozen=True)
@@ -301,7 +308,7 @@ class _Fit:
         beta = beta[: 2 * basis.shape[1]].reshape(2, -1)
         rises = (curves(all_degc, t + 0.5, self.degree) - curves(all_degc, t - 0.5, self.degree)) @ beta.T
         slope = (rises[:, 0] + rises[:, 1] * c.seen.v) * decay
-        Q = orthonormal(X)
+        Q = orthonormal(np.column_stack([X, c.bends]))
         both = whiten(np.column_stack([slope, decay]))
         W, rest = both[:, 0], clear(Q, np.column_stack([c.fixed[:, 0], both[:, 1]]))
         z, u = rest[:, 0], rest[:, 1]
@@ -312,6 +319,7 @@ class _Fit:
     def noise(self, left: float) -> float:
         """s², of all channels; what is whitened has one, or more where curves miss."""
         columns = sum(2 * (self.degree + 1) + int(c.fixed.shape[1]) - 1 for c in self.channels)
+        columns += sum(int(c.bends.shape[1]) for c in self.channels)
         freedom = len(self.channels) * len(self.data.table) - columns - len(self.data.starts)
         return max(left / max(freedom, 1), 1.0)
 
