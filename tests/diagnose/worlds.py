@@ -123,3 +123,10 @@ def rivals_of(s: SensorFound) -> set[str]:
 def _label(found: Found, b: int) -> tuple[str, str]:
     block = found.pool.blocks[b]
     return block.name, "".join("xyz"[a] for a in block.columns)
+
+
+def told_on_y(table: DwellTable, sensor: Sensor, seed: int) -> tuple[set[str], set[str]]:
+    """Names of effects and variables that are found on channel y, and on no other one."""
+    found = diagnose_sensor(prepared(table), sensor, DECLARED, seed).found
+    assert all(channels == "y" for _, channels in named(found) | unnamed(found))
+    return {name for name, _ in named(found)}, {name for name, _ in unnamed(found)}

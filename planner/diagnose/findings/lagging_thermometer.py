@@ -125,16 +125,18 @@ class Seen:
     def left(self, lag: float, degree: int, basis: Array) -> float:
         """What curves over temperatures that lag, (n, d), leave of it, in noise; asked once of every lag."""
         if (lag, degree) not in self.known:
-            fixed = self._fixed
-            curved = (self.law or self.w.noise).whiten(np.column_stack([basis, basis * self.v[:, None]]))
-            X = np.column_stack([curved, fixed[:, 1:]])
-            self.known[lag, degree] = float(np.sum(clear(orthonormal(X), fixed[:, 0]) ** 2))
+            X = np.column_stack([self.curved(basis), self.fixed[:, 1:]])
+            self.known[lag, degree] = float(np.sum(clear(orthonormal(X), self.fixed[:, 0]) ** 2))
         return self.known[lag, degree]
 
+    def curved(self, basis: Array) -> Array:
+        """(n, 2 d) p and κ v of a basis (n, d) over temperature, whitened."""
+        return (self.law or self.w.noise).whiten(np.column_stack([basis, basis * self.v[:, None]]))
+
     @cached_property
-    def _fixed(self) -> Array:
-        """(n, 1 + k) reading and columns without a temperature, whitened: the same at every lag."""
-        fixed = np.column_stack([self.y, self.others, self.w.noise.fixed_runs])
+    def fixed(self) -> Array:
+        """(n, 1 + k) reading beyond its input and columns without a temperature, whitened; once for all."""
+        fixed = np.column_stack([self.y - self.v, self.others, self.w.noise.fixed_runs])
         return (self.law or self.w.noise).whiten(fixed)
 
 

@@ -184,22 +184,20 @@ def _glimpsed(found: Sequence[SensorFound], data: Prepared, degree: int) -> bool
 
 @dataclass(frozen=True)
 class _Channel:
-    """One channel. fixed: (n, 1 + k) whitened: reading beyond its input, columns without a temperature.
+    """One channel.
 
     bends: (n, m) whitened, what a curve through every point of a chamber has beyond polynomials of so few
         degrees: a misfit that all power-ons of one temperature share is none of its own
     """
 
     seen: Seen
-    fixed: Array
     bends: Array
 
     @classmethod
     def of(cls, seen: Seen, degc: Array) -> _Channel:
-        noise, nodes = seen.w.noise, temperature_nodes(degc)
-        fixed = noise.whiten(np.column_stack([seen.y - seen.v, seen.others, noise.fixed_runs]))
+        nodes = temperature_nodes(degc)
         through = hats(degc, nodes, GAP_K) if len(nodes) > MOST_DEGREE + 1 else np.empty((len(degc), 0))
-        return cls(seen, fixed, noise.whiten(np.column_stack([through, through * seen.v[:, None]])))
+        return cls(seen, seen.curved(through))
 
 
 @dataclass(frozen=True)
@@ -303,14 +301,15 @@ class _Fit:
         """
         all_degc, whiten = self.data.table.temperature_degc, c.seen.w.noise.whiten
         basis = curves(all_degc, t, self.degree)
-        X = np.column_stack([whiten(np.column_stack([basis, basis * c.seen.v[:, None]])), c.fixed[:, 1:]])
-        beta = np.linalg.lstsq(X.T @ X, X.T @ c.fixed[:, 0], rcond=RANK)[0]
+        fixed = c.seen.fixed
+        X = np.column_stack([c.seen.curved(basis), fixed[:, 1:]])
+        beta = np.linalg.lstsq(X.T @ X, X.T @ fixed[:, 0], rcond=RANK)[0]
         beta = beta[: 2 * basis.shape[1]].reshape(2, -1)
         rises = (curves(all_degc, t + 0.5, self.degree) - curves(all_degc, t - 0.5, self.degree)) @ beta.T
         slope = (rises[:, 0] + rises[:, 1] * c.seen.v) * decay
         Q = orthonormal(np.column_stack([X, c.bends]))
         both = whiten(np.column_stack([slope, decay]))
-        W, rest = both[:, 0], clear(Q, np.column_stack([c.fixed[:, 0], both[:, 1]]))
+        W, rest = both[:, 0], clear(Q, np.column_stack([fixed[:, 0], both[:, 1]]))
         z, u = rest[:, 0], rest[:, 1]
         sums = np.add.reduceat(np.column_stack([W * W, W * z, Q * W[:, None]]), self.data.starts, axis=0)
         gram = np.diag(sums[:, 0]) - sums[:, 2:] @ sums[:, 2:].T
@@ -318,7 +317,7 @@ class _Fit:
 
     def noise(self, left: float) -> float:
         """s², of all channels; what is whitened has one, or more where curves miss."""
-        columns = sum(2 * (self.degree + 1) + int(c.fixed.shape[1]) - 1 for c in self.channels)
+        columns = sum(2 * (self.degree + 1) + int(c.seen.fixed.shape[1]) - 1 for c in self.channels)
         columns += sum(int(c.bends.shape[1]) for c in self.channels)
         freedom = len(self.channels) * len(self.data.table) - columns - len(self.data.starts)
         return max(left / max(freedom, 1), 1.0)

@@ -149,7 +149,7 @@ def thermometer_of_power_ons(
         return None
     if not _come_again(table.temperature_degc, _rows_of(sets[k], data) > 0.0, sized.value):
         return None
-    told = tuple(c.name for c, fall in zip(fit.channels, sized.falls, strict=True) if fall > CHI2_95)
+    told = tuple(_name(c) for c, fall in zip(fit.channels, sized.falls, strict=True) if fall > CHI2_95)
     return OffThermometer(
         table.run[data.starts[sets[k]]], which[k], sized.value, sized.half, told,
         float(np.sqrt(max(sized.falls.sum(), 0.0))), max((b.temperature for b in benches), default=0.0),
@@ -180,7 +180,7 @@ def sized_again(one: OffThermometer, found: Sequence[SensorFound], data: Prepare
 
 def _fit_of(found: Sequence[SensorFound], table: DwellTable, points: int) -> _Fit:
     seen = [seen_of(s, axis) for s in found for axis in s.found.pool.state]
-    return _Fit(table, [_Channel.of(one) for one in seen], int(np.clip(points - 1, 1, MOST_DEGREE)))
+    return _Fit(table, seen, int(np.clip(points - 1, 1, MOST_DEGREE)))
 
 
 def _rows_of(runs: NDArray[np.bool_], data: Prepared) -> Array:
@@ -204,26 +204,9 @@ def _sets(table: DwellTable, starts: NDArray[np.int64]) -> tuple[NDArray[np.bool
 # ---------------------------------------------------------------- curves at temperatures
 
 
-@dataclass(frozen=True)
-class _Channel:
-    """One channel. fixed: (n, 1 + k) whitened: reading beyond its input, columns without a temperature."""
-
-    seen: Seen
-    fixed: Array
-
-    @classmethod
-    def of(cls, seen: Seen) -> _Channel:
-        noise = seen.w.noise
-        return cls(seen, noise.whiten(np.column_stack([seen.y - seen.v, seen.others, noise.fixed_runs])))
-
-    @property
-    def name(self) -> str:
-        """As it is reported."""
-        return f"{self.seen.w.channel.sensor}_{AXES[self.seen.w.channel.axis]}"
-
-    def curved(self, basis: Array) -> Array:
-        """(n, 2 d) whitened p and κ v of a basis (n, d)."""
-        return self.seen.w.noise.whiten(np.column_stack([basis, basis * self.seen.v[:, None]]))
+def _name(seen: Seen) -> str:
+    """Of a channel, as it is reported."""
+    return f"{seen.w.channel.sensor}_{AXES[seen.w.channel.axis]}"
 
 
 @dataclass(frozen=True)
@@ -242,10 +225,10 @@ class _Fit:
     """All channels under curves of one degree, up to the largest that the chamber's points tell."""
 
     table: DwellTable
-    channels: Sequence[_Channel]
+    channels: Sequence[Seen]
     most: int
 
-    def _columns(self, c: _Channel) -> Array:
+    def _columns(self, c: Seen) -> Array:
         """(n, m) whitened A of a channel: curves of the largest degree as read, and all else."""
         t = self.table.temperature_degc
         return np.column_stack([c.curved(curves(t, t, self.most)), c.fixed])
@@ -315,7 +298,7 @@ class _Fit:
         return _Sized(value, half, (as_read - now) / s2, (now - least) / s2, now / len(self.table))
 
     def _slopes(
-        self, c: _Channel, G: Array, degree: int, starts: NDArray[np.int64], chosen: Array
+        self, c: Seen, G: Array, degree: int, starts: NDArray[np.int64], chosen: Array
     ) -> tuple[Array, Array]:
         """(w,) square of D clear of the curves, and its product with what they leave, of every set."""
         t = self.table.temperature_degc
@@ -326,7 +309,7 @@ class _Fit:
         way = np.linalg.pinv(X.T @ X, rcond=RANK, hermitian=True)
         beta = way @ (X.T @ y)
         slope = (curves(t, t - 0.5, degree) - curves(t, t + 0.5, degree)) @ beta[:d].reshape(2, -1).T
-        D = c.seen.w.noise.whiten((slope[:, 0] + slope[:, 1] * c.seen.v)[:, None])[:, 0]
+        D = c.w.noise.whiten((slope[:, 0] + slope[:, 1] * c.v)[:, None])[:, 0]
         each = np.add.reduceat(np.column_stack([D * D, D * (y - X @ beta), X * D[:, None]]), starts, axis=0)
         of_sets = chosen @ each
         cross = of_sets[:, 2:]

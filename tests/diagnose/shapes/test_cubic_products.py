@@ -6,22 +6,17 @@ import numpy as np
 import pytest
 
 from planner.diagnose.channels.channel import channel
-from planner.diagnose.channels.prepared import prepared
-from planner.diagnose.search.sensor import diagnose_sensor
 from planner.diagnose.shapes.narrow import cubic_products
 from planner.nouns.array import Array
 from planner.protocols import Sensor
 from tests.diagnose.hall import Hall, Noise, anywhere, days, hidden, read, tumbles
-from tests.diagnose.worlds import DECLARED, named, unnamed
+from tests.diagnose.worlds import DECLARED, told_on_y
 
 ACC = Noise(5e-5, 2e-4)
 
 
 def _found(hall: Hall, seed: int, sensor: Sensor, shape: Array) -> tuple[set[str], set[str]]:
-    table = hidden(read(hall, seed, acc=ACC), sensor, 1, shape)
-    found = diagnose_sensor(prepared(table), sensor, DECLARED, seed).found
-    assert all(channels == "y" for _, channels in named(found) | unnamed(found))
-    return {name for name, _ in named(found)}, {name for name, _ in unnamed(found)}
+    return told_on_y(hidden(read(hall, seed, acc=ACC), sensor, 1, shape), sensor, seed)
 
 
 @pytest.mark.parametrize(("sensor", "size"), [("accelerometer", 6e-4), ("gyro", 4.5e-3)])

@@ -8,22 +8,19 @@ import pytest
 from planner.diagnose.channels.channel import channel
 from planner.diagnose.channels.prepared import prepared
 from planner.diagnose.hypotheses.scores import delta
-from planner.diagnose.search.sensor import begin, diagnose_sensor
+from planner.diagnose.search.sensor import begin
 from planner.diagnose.shapes.narrow import gravity_along_axes
 from planner.nouns.array import Array
 from planner.protocols import Sensor
 from tests.diagnose.hall import Hall, Log, Noise, anywhere, axes_apart, hidden, read, two_axes
-from tests.diagnose.worlds import DECLARED, named, unnamed
+from tests.diagnose.worlds import DECLARED, told_on_y
 
 ACC = Noise(5e-5, 2e-4)
 
 
 def _found(hall: Hall, seed: int, sensor: Sensor, shape: Array) -> tuple[set[str], set[str]]:
     """Names and variables of what the shape (n,), g or deg/s, on one channel is found to be."""
-    table = hidden(read(hall, seed, acc=ACC), sensor, 1, shape)
-    found = diagnose_sensor(prepared(table), sensor, DECLARED, seed).found
-    assert all(channels == "y" for _, channels in named(found) | unnamed(found))
-    return {name for name, _ in named(found)}, {name for name, _ in unnamed(found)}
+    return told_on_y(hidden(read(hall, seed, acc=ACC), sensor, 1, shape), sensor, seed)
 
 
 def _faces_and_tilts(seed: int) -> Hall:
