@@ -221,11 +221,15 @@ class RandomEffects:
 
 @dataclass(frozen=True)
 class Covariance:
-    """V(θ) factored: V⁻¹ = D⁻¹ − U S Uᵀ group by group, U = D⁻¹ Z (n, b), S = (I + Zᵀ D⁻¹ Z)⁻¹ (g, b, b)."""
+    """V(θ) factored: V⁻¹ = D⁻¹ − U S Uᵀ group by group, U = D⁻¹ Z (n, c), S = (I + Zᵀ D⁻¹ Z)⁻¹ (g, c, c).
+
+    some: (c,) the slopes of which the variance is something; Z = [√θ_k z_k] of these; gram: Zᵀ D⁻¹ Z
+    """
 
     effects: RandomEffects
     theta: Array
     diagonal: Array
+    some: NDArray[np.int64]
     Z: Array
     U: Array
     S: Array
@@ -254,7 +258,7 @@ class Covariance:
 
     @cached_property
     def _halves(self) -> Array:
-        """(n, b) D^(−½) Z L group by group, L Lᵀ = S."""
+        """(n, c) D^(−½) Z L group by group, L Lᵀ = S."""
         root = np.asarray(np.linalg.cholesky(self.S))
         return self.effects.by_group(np.matmul, (self.Z * self._weights,), (root,))
 
@@ -277,7 +281,7 @@ class Covariance:
 
     @cached_property
     def _root(self) -> tuple[Array, Array]:
-        """D^(−½)Z (n, b) and T (g, b, b), (I + D^(−½)Z ZᵀD^(−½))^(−½) = I − D^(−½)Z T ZᵀD^(−½)."""
+        """D^(−½)Z (n, c) and T (g, c, c), (I + D^(−½)Z ZᵀD^(−½))^(−½) = I − D^(−½)Z T ZᵀD^(−½)."""
         value, vector = np.linalg.eigh(self.gram)
         shrink = 1.0 / (np.sqrt(1.0 + value) * (1.0 + np.sqrt(1.0 + value)))  # (1 − (1+λ)^(−1/2))/λ
         inner = np.einsum("gbk,gk,gck->gbc", vector, shrink, vector)
@@ -320,7 +324,9 @@ class Covariance:
         drawn = np.concatenate([*weighted, e.drawn(z, A)], axis=1)  # zᵀD⁻¹V_kA of the diagonal ones, zᵀA
         shape = len(e.starts), *2 * (a + 1, len(e.slopes))
         met = (drawn @ np.swapaxes(drawn, 1, 2)).reshape(shape)
-        M = np.sqrt(self.theta[a:, None] * self.theta[None, a:]) * self.S
+        M = np.zeros((len(e.starts), *2 * (len(e.slopes),)))
+        root = np.sqrt(self.theta[a:][self.some])
+        M[:, self.some[:, None], self.some] = np.outer(root, root) * self.S
         gram = e.sums(np.einsum("nb,nc->nbc", z / self.diagonal[:, None], z))
         taken = gram @ M
         size = np.einsum("nm,nm->n", A, A)
@@ -376,8 +382,9 @@ def woodbury(effects: RandomEffects, theta: Array) -> Covariance:
     diagonal = theta[:a] @ effects.diagonals
     if not (diagonal > 0).all():
         raise NoNoise("every row needs a positive noise variance")
-    Z = (np.sqrt(theta[a:])[:, None] * effects.slopes).T
+    some = np.flatnonzero(theta[a:])
+    Z = (np.sqrt(theta[a:][some])[:, None] * effects.slopes[some]).T
     U = Z / diagonal[:, None]
     gram = effects.sums(np.einsum("nb,nc->nbc", U, Z))
     S = np.asarray(np.linalg.inv(np.eye(Z.shape[1]) + gram))
-    return Covariance(effects, theta, diagonal, Z, U, S, gram)
+    return Covariance(effects, theta, diagonal, some, Z, U, S, gram)

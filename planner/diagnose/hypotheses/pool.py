@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.chance import Flips, Nulls
+from planner.diagnose.hypotheses.freedoms import of_each_column
 from planner.diagnose.noise.shares import Segments, Shares
 from planner.diagnose.noise.whitened import SEEN, Cleared, Whitened, of_means
 from planner.nouns.array import Array
@@ -87,6 +89,19 @@ class Pool:
         found = [self.places[b] for b in chosen]
         return np.concatenate(found) if found else np.empty(0, dtype=np.int64)
 
+    @cached_property
+    def squares(self) -> Array:
+        """(K,) what is left of every column, squared, clear of what was taken."""
+        square, t = np.diag(self.gram), self.taken
+        if t is None:
+            return square
+        return np.where(t.left, square - np.einsum("ek,ek->k", self.gram[t.columns], t.A), 0.0)
+
+    @cached_property
+    def freedoms(self) -> Array:
+        """(K,) of what every column tests by itself."""
+        return of_each_column(self)
+
     def grams(self, k: NDArray[np.int64]) -> Array:
         """(k, k) Gram matrix of some columns, clear of what was taken."""
         G, t = self.gram[k[:, None], k], self.taken
@@ -115,7 +130,11 @@ class Pool:
     def flipped(self, signs: Array) -> Array:
         """(flips, K) sums of the segments under random signs, clear of what was taken."""
         H, t = self.segments.flipped(signs), self.taken
-        return H if t is None else np.where(t.left, H - (t.A.T @ H.T[t.columns]).T, 0.0)
+        if t is None:
+            return H
+        by_columns = H.T - t.A.T @ H.T[t.columns]  # of which few are asked at once
+        by_columns[~t.left] = 0.0
+        return by_columns.T
 
 
 def pool_of(

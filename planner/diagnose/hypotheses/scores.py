@@ -15,15 +15,15 @@ makes its drifts larger than their F tests say, and by the smallest p of all no 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.chance import Flips, Nulls, family_wise
+from planner.diagnose.hypotheses.freedoms import satterthwaite
 from planner.diagnose.hypotheses.pool import RANK, Contrast, Pool
-from planner.diagnose.noise.shares import degrees
 from planner.diagnose.noise.whitened import log_p
 from planner.nouns.array import Array
 
@@ -62,7 +62,7 @@ def score(pool: Pool, chosen: Sequence[int]) -> Score:
     single = _each_alone(pool, chosen[0]) if len(chosen) == 1 else ()
     if not single:
         return whole
-    one = max((_score(pool, chosen, s) for s in single), key=lambda s: s.delta)
+    one = _score(pool, chosen, max(single, key=lambda s: _square(s.root, pool.h[s.k])))
     p = np.log(2.0) + min(whole.log_p, np.log(len(single)) + one.log_p)
     freedom = whole.freedom if whole.log_p <= one.log_p else one.freedom
     among = max(whole.criterion, one.criterion - 2.0 * float(np.log(len(single))))
@@ -107,12 +107,14 @@ def contrast(pool: Pool, chosen: Sequence[int]) -> Contrast:
 
 def _contrast(pool: Pool, chosen: Sequence[int], k: NDArray[np.int64]) -> Contrast:
     """What some columns of some blocks test."""
-    root, m = _root(pool.grams(k))
-    freedom, s2 = 1.0, 1.0
-    if m:
+    root, m = _root(pool.squares[k][:, None] if len(k) == 1 else pool.grams(k))
+    if not m:
+        return Contrast(k, root, 1.0, 1.0)
+    if len(k) == 1:
+        freedom = float(pool.freedoms[k[0]])
+    else:
         freedom = satterthwaite(pool, _axes(pool, chosen), k, root / np.sqrt(m))
-        s2 = mean_square(pool, chosen)
-    return Contrast(k, root, freedom, s2)
+    return Contrast(k, root, freedom, mean_square(pool, chosen))
 
 
 def _each_alone(pool: Pool, block: int) -> tuple[Contrast, ...]:
@@ -145,26 +147,6 @@ def _root(G: Array) -> tuple[Array, int]:
     return vectors[:, kept] / np.sqrt(values[kept]), int(kept.sum())
 
 
-def satterthwaite(pool: Pool, axes: Iterable[int], k: NDArray[np.int64], R: Array) -> float:
-    """2 / relative variance of what REML says of the variance of contrasts R (k, m) with Σ Rᵀ Gram R = 1.
-
-    The columns' variance is made of those of white noise, of runs, …, each known as well as REML knows it.
-    """
-    beside: dict[int, Array] = {}
-    if (t := pool.taken) is not None:
-        R = t.left[k][:, None] * R
-        last = np.cumsum([len(pool.places[b]) for b in t.blocks])[:-1]
-        beside = dict(zip(t.blocks, np.split(-(t.A[:, k] @ R), last), strict=True))
-    spread = 0.0
-    for axis in axes:
-        stand = {b: x for b, x in beside.items() if axis in pool.blocks[b].columns}
-        at = np.searchsorted(pool.axes[axis], k)
-        here = np.append(pool.axes[axis], -1)[at] == k
-        share = pool.shares[axis].of_contrasts(at[here], R[here], stand)
-        spread += float(share @ pool.state[axis].noise.relative_error @ share)
-    return degrees(spread)
-
-
 def mean_square(pool: Pool, chosen: Sequence[int]) -> float:
     """Mean square of the remainder on the channels of some blocks: 1 when the noise model is right."""
     axes = _axes(pool, chosen)
@@ -189,17 +171,31 @@ def nulls_of(pool: Pool, tested: Iterable[int], flips: Flips) -> Nulls:
 
 
 def _nulls_of(pool: Pool, tested: Sequence[int], flips: Flips) -> Nulls:
-    H = pool.flipped(flips.signs)
+    H = pool.flipped(flips.signs).T
     least = {(axis, kind): np.zeros(len(flips.signs)) for axis in pool.state for kind in (False, True)}
+    looks: list[_Look] = []
     for b in tested:
         c = contrast(pool, [b])
         single = _each_alone(pool, b)
         for look in (c, *single) if c.m else ():
-            looks = 1.0 if not single else 2.0 * (1.0 if look is c else len(single))
-            seen = look.root.T @ H.T[look.k]
-            families = [least[axis, pool.between[b]] for axis in pool.blocks[b].columns]
-            _lower(families, np.einsum("mf,mf->f", seen, seen), look, float(np.log(looks)))
+            many = 1.0 if not single else 2.0 * (1.0 if look is c else len(single))
+            seen = look.root.T @ H[look.k]
+            looks.append(_Look(b, look, float(np.log(many)), np.einsum("mf,mf->f", seen, seen)))
+    for one, found in zip(looks, _log_p_of(looks), strict=True):
+        for axis in pool.blocks[one.block].columns:
+            family = least[axis, pool.between[one.block]]
+            np.minimum(family, found, out=family)
     return Nulls(least, float(len({pool.blocks[b].key for b in tested})) if flips.few_runs else 1.0)
+
+
+@dataclass(frozen=True)
+class _Look:
+    """Δ (f,) of a contrast of a block in every flip; many: log of how many of them the block had."""
+
+    block: int
+    c: Contrast
+    many: float
+    values: Array
 
 
 def chance_of(pool: Pool, block: int, s: Score, nulls: Nulls) -> float:
@@ -207,18 +203,16 @@ def chance_of(pool: Pool, block: int, s: Score, nulls: Nulls) -> float:
     return family_wise(s.log_p, nulls.of(pool.blocks[block].columns, pool.between[block])) if s.m else 1.0
 
 
-def _lower(families: Iterable[Array], values: Array, c: Contrast, looks: float) -> None:
-    """The least of each family down to log p of very many Δ of a contrast, by a table: they are counted.
-
-    looks: log of how many of them the block had.
-    """
-    largest = float(values.max(initial=0.0))
-    if largest <= 0.0:
+def _log_p_of(looks: Sequence[_Look]) -> Iterator[Array]:
+    """(f,) log p of very many Δ of each contrast, by a table: they are counted."""
+    if not looks:
         return
-    grid = GRID * largest
-    table = looks + log_p(grid, c.m, c.freedom, c.s2)
-    steps = len(GRID) - 1  # GRID = (i / steps)²: the place of a value in it is a root
-    i = np.minimum((np.sqrt(values / largest) * steps).astype(np.int64), steps - 1)
-    found = table[i] + (np.diff(table) / np.diff(grid))[i] * (values - grid[i])
-    for least in families:
-        np.minimum(least, found, out=least)
+    largest = np.array([max(float(look.values.max(initial=0.0)), 1e-30) for look in looks])
+    m, freedom, s2, many = np.array([(x.c.m, x.c.freedom, x.c.s2, x.many) for x in looks]).T[:, :, None]
+    grids = GRID * largest[:, None]
+    tables = many + log_p(grids, m, freedom, s2)
+    slopes, steps = np.diff(tables) / np.diff(grids), len(GRID) - 1
+    for look, most, grid, table, slope in zip(looks, largest, grids, tables, slopes, strict=True):
+        # GRID = (i / steps)²: the place of a value in it is a root
+        i = np.minimum((np.sqrt(look.values / most) * steps).astype(np.int64), steps - 1)
+        yield table[i] + slope[i] * (look.values - grid[i])

@@ -127,6 +127,11 @@ class ChannelNoise:
         return replace(self, covariance=covariance(effects, self.variances.theta[: effects.count]))
 
     @cached_property
+    def information(self) -> Array:
+        """(K, K) expected information on the variances at their estimates, of all of them."""
+        return reml_information(self.sample, self.variances.theta)
+
+    @cached_property
     def relative_error(self) -> Array:
         """(K, K) covariance of the variances' estimates, relative to them; 0 for a variance that is zero."""
         size = np.outer(self.variances.theta, self.variances.theta)

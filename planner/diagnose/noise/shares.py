@@ -48,6 +48,17 @@ class Shares:
             share += np.einsum("sm,ksm->k", mine, met)
         return np.asarray(share)
 
+    def of_each(self, R: Array, stand: Mapping[int, Array]) -> Array:
+        """(K, q) the same of every column by itself, R (q,) times it; stand: block -> (k, q)."""
+        share = self._squares * R**2
+        for b, mine in stand.items():
+            row = self._row(b)
+            met = row * (2.0 * R)
+            for c, other in stand.items():
+                met += row[:, :, self.places[c][0] : self.places[c][-1] + 1] @ other
+            share += np.einsum("sq,ksq->kq", mine, met)
+        return np.asarray(share)
+
     def of(self, some: NDArray[np.int64]) -> Array:
         """(K, s, s) of some columns (s,)."""
         asked = sorted(set(self._block[some].tolist()), key=lambda b: b in self.rows)
@@ -72,6 +83,11 @@ class Shares:
     def _block(self) -> NDArray[np.int64]:
         """(q,) the block of each column."""
         return np.concatenate([np.full(len(place), b) for b, place in self.places.items()])
+
+    @cached_property
+    def _squares(self) -> Array:
+        """(K, q) of every column with itself."""
+        return np.concatenate([np.einsum("kii->ki", own) for own in self._own.values()], axis=1)
 
     @cached_property
     def _own(self) -> dict[int, Array]:
@@ -134,12 +150,12 @@ def freedom_of(each: Sequence[tuple[ChannelNoise, Array]]) -> float:
             same = name, float(f"{known[k, k]:.9e}")
             spread += 2.0 * met.get(same, 0.0) * share[k] * known[k, k]
             met[same] = met.get(same, 0.0) + share[k]
-    return degrees(spread)
+    return float(degrees(spread))
 
 
-def degrees(spread: float) -> float:
-    """Degrees of freedom of an estimated variance, by its own variance over its square."""
-    return float(min(max(2.0 / max(spread, 1e-12), 1.0), 1e6))
+def degrees(spread: Array | float) -> Array:
+    """Degrees of freedom of estimated variances, by their own variances over their squares."""
+    return np.asarray(np.clip(2.0 / np.maximum(spread, 1e-12), 1.0, 1e6))
 
 
 @dataclass(frozen=True)

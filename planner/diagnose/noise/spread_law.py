@@ -58,13 +58,13 @@ def spread_law(theta: float, error: float, half: float) -> SpreadLaw:
 def errors(noise: ChannelNoise, here: Sequence[int]) -> tuple[float, float]:
     """Standard error of the sum of some variances: at the estimate, and where each of them is half of it."""
     theta = noise.variances.theta.copy()
-    whole = _error(noise, theta, here)
     theta[list(here)] /= 2.0
-    return whole, _error(noise, theta, here)
+    half = reml_information(noise.sample, theta)
+    return _error(noise, noise.information, here), _error(noise, half, here)
 
 
-def _error(noise: ChannelNoise, theta: Array, here: Sequence[int]) -> float:
-    covariance = covariance_of_free(reml_information(noise.sample, theta), noise.variances.free)
+def _error(noise: ChannelNoise, information: Array, here: Sequence[int]) -> float:
+    covariance = covariance_of_free(information, noise.variances.free)
     return float(np.sqrt(max(covariance[np.ix_(here, here)].sum(), 0.0)))
 
 

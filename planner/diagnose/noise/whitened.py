@@ -162,8 +162,8 @@ def of_means(A: Array, starts: NDArray[np.int64]) -> Array:
     return sums_of_groups(A, starts) / np.sqrt(sizes)[:, None]
 
 
-def log_p(values: Array | float, m: int, freedom: Array | float, s2: Array | float) -> Array:
-    """log of the F test's p for Δ of m columns; never −∞. Of many Δ, or each with its freedom and s².
+def log_p(values: Array | float, m: Array | int, freedom: Array | float, s2: Array | float) -> Array:
+    """log of the F test's p for Δ of m columns; never −∞. Of many Δ, or each with its m, freedom and s².
 
     P(F > x) = I_w(ν/2, m/2), w = ν / (ν + m x); where that underflows the first term of its series stands,
     w^(ν/2) / (ν/2 · B(ν/2, m/2)) (Abramowitz, Stegun 26.5.4).
@@ -171,7 +171,7 @@ def log_p(values: Array | float, m: int, freedom: Array | float, s2: Array | flo
     from scipy.special import betainc, betaln
 
     values = np.asarray(values, dtype=float)
-    if m == 0:
+    if np.ndim(m) == 0 and m == 0:
         return np.zeros_like(values)
     half, columns = 0.5 * freedom, 0.5 * m
     grown = values / (s2 * freedom)

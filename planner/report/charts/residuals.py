@@ -104,12 +104,12 @@ def _strays(variable: Variable, e: Evidence, residual: Array) -> float:
     Of m rows, m² var = Σ (σ_i² − Σ_k s_ki²) + Σ_k Σ_runs (Σ_i s_ki)²
     """
     good = np.isfinite(residual) & (e.expected > 0.0)
-    group, run = groups_of(variable.values[good]), variable.run[good]
+    group, (runs, run) = groups_of(variable.values[good]), np.unique(variable.run[good], return_inverse=True)
     shared, square = e.shared[:, good], e.expected[good] ** 2
     own = np.bincount(group, np.maximum(square - np.sum(shared**2, axis=0), 0.0))
-    both, at = np.unique(np.column_stack([group, run]), axis=0, return_inverse=True)
-    met = sum((np.bincount(at, s) ** 2 for s in shared), np.zeros(len(both)))
-    variance = own + np.bincount(both[:, 0], met)
+    cells = len(own) * len(runs)
+    met = sum((np.bincount(group * len(runs) + run, s, cells) ** 2 for s in shared), np.zeros(cells))
+    variance = own + met.reshape(len(own), len(runs)).sum(axis=1)
     mean = np.bincount(group, residual[good])
     furthest = float(np.max(np.abs(mean) / np.sqrt(np.maximum(variance, 1e-300)), initial=0.0))
     return furthest if furthest > ROUNDING else 0.0
