@@ -295,7 +295,7 @@ def _basis(table: DwellTable, lag: float, degree: int) -> Array:
 
 
 def curves(all_degc: Array, degc: Array, degree: int) -> Array:
-    """(m, d) polynomials over temperatures (m,), on the range of all of a table's (n,)."""
+    """(…, d) polynomials over temperatures (…), on the range of all of a table's (n,)."""
     middle, half = (all_degc.max() + all_degc.min()) / 2.0, max(float(np.ptp(all_degc)) / 2.0, 1.0)
     return chebvander((degc - middle) / half, degree)
 
@@ -307,7 +307,7 @@ def shifted(all_degc: Array, offsets: Array, degree: int, columns: int) -> Array
     """
     n, half = degree + 1, max(float(np.ptp(all_degc)), 2.0) / 2.0
     at = all_degc.min() + half * (1.0 + np.cos(np.pi * (np.arange(n) + 0.5) / n))
-    moved = np.array([curves(all_degc, at - d, degree) for d in offsets.tolist()])
+    moved = curves(all_degc, at - offsets[:, None], degree)
     M = np.tile(np.eye(columns), (len(offsets), 1, 1))
     M[:, :n, :n] = M[:, n : 2 * n, n : 2 * n] = np.linalg.solve(curves(all_degc, at, degree), moved)
     return M
