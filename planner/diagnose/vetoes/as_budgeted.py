@@ -22,7 +22,7 @@ With U s Vᵀ the whitened x_t σ_t of every power-on, (I + U s² Uᵀ)^(−½) 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,10 +33,11 @@ from planner.diagnose.hypotheses.found import Found
 from planner.diagnose.hypotheses.scores import Score
 from planner.diagnose.noise.channel_noise import LEAST_RUNS, ChannelNoise
 from planner.diagnose.noise.components import IN_RUN_SCALE, of_effect
+from planner.diagnose.noise.modes_of_drift import modes_of
 from planner.diagnose.noise.whitened import SEEN, Whitened, log_p
 from planner.diagnose.vetoes.as_likely import Budgeted, likelier
-from planner.diagnose.vetoes.wander_in_run import MOST_ROWS
 from planner.nouns.array import Array
+from planner.solvers.random_effects import Drift
 from planner.spec.budget import ErrorBudget
 
 MANY = 30.0  # power-ons, from which a spread is known to an eighth, 1 / √(2 · 30)
@@ -116,7 +117,8 @@ def _drawn(
         each = np.zeros((n, len(starts)))
         each[np.arange(n), run] = more * x
         parts.append(each[:, some & np.any(each != 0.0, axis=0)])
-    parts += _wandered(w.channel, w.noise, budgets, run, np.flatnonzero(some))
+    rows = [np.flatnonzero(run == r) for r in np.flatnonzero(some).tolist()]
+    parts.append(_wandered(w.channel, w.noise, budgets, rows))
     return w.noise.whiten(np.column_stack(parts))
 
 
@@ -124,28 +126,19 @@ def _wandered(
     c: Channel,
     noise: ChannelNoise,
     budgets: Mapping[str, ErrorBudget],
-    run: NDArray[np.int64],
-    some: NDArray[np.int64],
-) -> Iterator[Array]:
-    """(n, k) modes of what the scale factor may wander within each of some power-ons, of one sigma each.
+    power_ons: Sequence[NDArray[np.int64]],
+) -> Array:
+    """(n, k) modes of what the scale factor may wander within power-ons beside what the noise has of it.
 
     Those of less than A_MODE of a power-on's variance are nothing beside its records' noise.
     """
     budget = budgets.get("scale_factor")
     has = dict(zip(noise.components, noise.variances.theta.tolist(), strict=True)).get(IN_RUN_SCALE, 0.0)
-    if budget is None or budget.in_run_sigma**2 <= has:
-        return
-    for r in some.tolist():
-        rows = np.flatnonzero(run == r)
-        if len(rows) > MOST_ROWS:
-            continue
-        t = c.model.conditions.time_on[rows]
-        together = np.exp(-np.abs(t[:, None] - t) / budget.in_run_time)
-        value, vector = np.linalg.eigh(np.outer(c.u[rows], c.u[rows]) * together)
-        told = value > A_MODE * value.sum()
-        modes = np.zeros((len(run), int(told.sum())))
-        modes[rows] = vector[:, told] * np.sqrt((budget.in_run_sigma**2 - has) * value[told])
-        yield modes
+    more = 0.0 if budget is None else budget.in_run_sigma**2 - has
+    if budget is None or more <= 0.0:
+        return np.empty((len(c.u), 0))
+    drift = Drift(np.sqrt(more) * c.u, c.model.conditions.time_on, budget.in_run_time)
+    return modes_of(drift, power_ons, A_MODE)
 
 
 def _terms(

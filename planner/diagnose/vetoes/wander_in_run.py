@@ -10,7 +10,7 @@ each goes its own way is a drift, a warm-up or a curve over whatever else goes o
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from planner.diagnose.channels.channel import Channel
 from planner.diagnose.hypotheses.found import Found
 from planner.diagnose.noise.channel_noise import LEAST_RUNS
+from planner.diagnose.noise.modes_of_drift import MOST_ROWS, modes_of
 from planner.diagnose.noise.whitened import cleared
 from planner.diagnose.vetoes.as_likely import as_likely
 from planner.nouns.array import Array
+from planner.solvers.random_effects import Drift
 from planner.spec.budget import ErrorBudget
-
-MOST_ROWS = 1000  # of few power-ons: a process has a mode for every record
 
 
 def as_wandered(found: Found, b: int, starts: NDArray[np.int64], budgets: Mapping[str, ErrorBudget]) -> bool:
@@ -42,17 +42,12 @@ def as_wandered(found: Found, b: int, starts: NDArray[np.int64], budgets: Mappin
 
 
 def _modes(c: Channel, starts: NDArray[np.int64], budgets: Mapping[str, ErrorBudget]) -> Array:
-    """(n, k) L of L Lᵀ, the covariance of what wanders: one sigma of every mode."""
-    return np.column_stack([np.empty((len(c.r), 0)), *_of_each(c, starts, budgets)])
-
-
-def _of_each(c: Channel, starts: NDArray[np.int64], budgets: Mapping[str, ErrorBudget]) -> Iterator[Array]:
-    """(n, n) of the bias, and of the scale factor."""
-    time_on = c.model.conditions.time_on
-    run = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, len(time_on))))
-    for name, z in (("bias", np.ones(len(time_on))), ("scale_factor", c.u)):
+    """(n, k) L of L Lᵀ, the covariance of what wanders: one sigma of every mode of bias and scale factor."""
+    power_ons = np.split(np.arange(len(c.r)), starts[1:])
+    found = [np.empty((len(c.r), 0))]
+    for name, z in (("bias", np.ones(len(c.r))), ("scale_factor", c.u)):
         budget = budgets.get(name)
         if budget is not None and budget.in_run_sigma > 0.0:
-            apart = np.abs(time_on[:, None] - time_on) / budget.in_run_time
-            value, vector = np.linalg.eigh(np.where(run[:, None] == run, np.exp(-apart), 0.0))
-            yield budget.in_run_sigma * z[:, None] * vector * np.sqrt(np.maximum(value, 0.0))
+            drift = Drift(budget.in_run_sigma * z, c.model.conditions.time_on, budget.in_run_time)
+            found.append(modes_of(drift, power_ons))
+    return np.column_stack(found)
