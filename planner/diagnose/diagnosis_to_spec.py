@@ -25,7 +25,7 @@ from planner.diagnose.update.spreads_in_spec import contradicted, corrected
 from planner.errors import InputError
 from planner.measurement import AXES
 from planner.nouns.diagnosis import LEAST_P, Diagnosis, FoundEffect, NavigationCost
-from planner.nouns.sensor import ErrorName
+from planner.nouns.sensor import ErrorName, short
 from planner.plan.observable_campaign import not_to_declare
 from planner.protocols import Effect
 from planner.spec.budget import ErrorBudget
@@ -309,8 +309,8 @@ def _test(spec: Spec, found: FoundEffect, size: float, diagnosis: Diagnosis) -> 
 
 def _noise(found: FoundEffect, diagnosis: Diagnosis) -> RecordNoise:
     """The noise of one record of these channels, the worst of them, once the effect is in the model, SI."""
-    mine = {_short(c) for c in found.channels}
-    seen = [r for r in diagnosis.residual if _short(r.channel) in mine and math.isfinite(r.white)]
+    mine = {short(c) for c in found.channels}
+    seen = [r for r in diagnosis.residual if short(r.channel) in mine and math.isfinite(r.white)]
     if not seen:
         return RecordNoise(_WHITE[found.sensor], _RECORD_S)
     worst = max(seen, key=lambda r: r.white)
@@ -318,12 +318,8 @@ def _noise(found: FoundEffect, diagnosis: Diagnosis) -> RecordNoise:
     return RecordNoise(worst.white, duration, max(0.0, worst.stray))
 
 
-def _short(channel: str) -> str:
-    return channel.replace("accelerometer_", "acc_")
-
-
 def _reason(found: FoundEffect) -> str:
-    channels = ", ".join(map(_short, found.channels))
+    channels = ", ".join(map(short, found.channels))
     p = f"= {found.p_value:.2g}" if found.p_value >= LEAST_P else f"< {LEAST_P:g}"
     return f"found by diagnosis on {channels}, p {p}"
 

@@ -15,7 +15,7 @@ from planner.diagnose.findings.curves import with_curve
 from planner.diagnose.findings.evidence import among, evidence
 from planner.diagnose.findings.lagging_thermometer import NAME as LAGS
 from planner.diagnose.findings.limits import limits
-from planner.diagnose.findings.reported import channel_name, found_effects
+from planner.diagnose.findings.reported import found_effects
 from planner.diagnose.findings.suspects import suspects
 from planner.diagnose.findings.unlike_power_ons import of_their_power_ons, unlike_power_ons
 from planner.diagnose.hypotheses.found import ALPHA
@@ -42,6 +42,7 @@ from planner.nouns.diagnosis import (
     Untestable,
 )
 from planner.nouns.dwell_table import DwellTable
+from planner.nouns.sensor import channel_name
 from planner.protocols import Sensor
 from planner.spec.model import Spec
 

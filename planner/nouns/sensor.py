@@ -8,6 +8,11 @@ Sensor = Literal["gyro", "accelerometer"]
 SENSORS: tuple[Sensor, ...] = ("gyro", "accelerometer")
 
 
+def channel_name(sensor: Sensor, axis: int) -> str:
+    """`gyro_x` … `accelerometer_z`."""
+    return f"{sensor}_{'xyz'[axis]}"
+
+
 def short(channel: str) -> str:
     """`acc_x` for `accelerometer_x`, as files and pages write it."""
     return channel.replace("accelerometer_", "acc_")

@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 from planner import catalog
 from planner.campaign.channel_model import EXCITING, channel_model
 from planner.campaign.parameters import limited
-from planner.measurement import AXES, ChannelModel, as_sensed, entering, evaluate, jacobian, sensed
+from planner.measurement import ChannelModel, as_sensed, entering, evaluate, jacobian, sensed
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
+from planner.nouns.sensor import channel_name
 from planner.protocols import Sensor
 from planner.solvers.least_squares import least_squares
 from planner.temperature_table import GAP_K, REACH_K, nodes_with_rows, temperature_nodes
@@ -65,7 +66,7 @@ class Channel:
     @property
     def name(self) -> str:
         """`gyro_x` …"""
-        return f"{self.sensor}_{AXES[self.axis]}"
+        return channel_name(self.sensor, self.axis)
 
     @cached_property
     def predicted(self) -> Array:

@@ -65,7 +65,7 @@ def common_scale(s: SensorFound, spec: Spec) -> ReferenceSuspect | None:
         low=low,
         high=high,
         unit=r.unit,
-        channels=tuple(f"{s.sensor}_{AXES[c.axis]}" for c in s.channels),
+        channels=tuple(c.name for c in s.channels),
         p_value=p,
         strength=abs(mean) / float(np.hypot(size / np.sqrt(3.0 * len(kappa)), of_mean)),
         check=r.check,

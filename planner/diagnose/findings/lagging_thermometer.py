@@ -38,7 +38,7 @@ from planner.diagnose.noise.whitened import Whitened
 from planner.diagnose.references.references import REFERENCES
 from planner.diagnose.search.sensor import SensorFound
 from planner.diagnose.vetoes.own_noise import wandering
-from planner.measurement import AXES, evaluate, jacobian
+from planner.measurement import evaluate, jacobian
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect
 from planner.nouns.dwell_table import DwellTable
@@ -117,6 +117,11 @@ class Seen:
     law: BlockCovariance | None = None
     known: dict[tuple[float, int], float] = field(init=False, default_factory=dict, compare=False)
 
+    @property
+    def name(self) -> str:
+        """`gyro_x` …"""
+        return self.w.channel.name
+
     def columns(self, basis: Array, rows: NDArray[np.int64] | slice = slice(None)) -> Array:
         """(m, k) that are fitted to rows of it with a basis (m, d) over temperature."""
         fixed = self.w.noise.fixed_runs[rows]
@@ -183,7 +188,7 @@ def _sized(seen: Sequence[Seen], table: DwellTable, degree: int) -> Lag | None:
     falls = (_left(seen, table, 0.0, degree) - here) / s2
     least = np.minimum(here, np.vstack([each, finer]).min(axis=0))
     return Lag(
-        value, value - half, value + half, dict(zip(map(_name, seen), falls.tolist(), strict=True)),
+        value, value - half, value + half, dict(zip((one.name for one in seen), falls.tolist(), strict=True)),
         (here - least) / s2,
     )  # fmt: skip
 
@@ -270,10 +275,6 @@ def seen_of(s: SensorFound, axis: int) -> Seen:
     ]
     others = np.column_stack([jacobian(c.model, c.theta, parts)[:, plain], _other_references(s, axis)])
     return Seen(w, c.y, parts.v, others)
-
-
-def _name(one: Seen) -> str:
-    return f"{one.w.channel.sensor}_{AXES[one.w.channel.axis]}"
 
 
 def _left(seen: Sequence[Seen], table: DwellTable, lag: float, degree: int) -> Array:

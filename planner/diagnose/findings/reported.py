@@ -28,23 +28,18 @@ from planner.diagnose.vetoes.forms import TEMPERATURE, at_one_temperature, untes
 from planner.diagnose.vetoes.verdicts import told_by_branches
 from planner.dwells.table_rows import rows_of
 from planner.errors import InputError
-from planner.measurement import AXES
 from planner.nouns.array import Array
 from planner.nouns.calibration import Coefficient
 from planner.nouns.diagnosis import FoundEffect, FoundTerm, Rival
 from planner.nouns.dwell_table import DwellTable
-from planner.protocols import Effect, Sensor
+from planner.nouns.sensor import channel_name
+from planner.protocols import Effect
 from planner.spec.budget import ErrorBudget
 from planner.spec.model import Spec
 
 SURE = 6.0  # sigma of an effect, from which its sign is
 MOST_ORDERS = 3.0  # of e, by which a size may be off and still be one
 WELL = 1e-3  # of a column's whitened length that the declared model must leave
-
-
-def channel_name(sensor: Sensor, axis: int) -> str:
-    """`gyro_x` …"""
-    return f"{sensor}_{AXES[axis]}"
 
 
 def named(s: SensorFound) -> list[int]:

@@ -14,9 +14,9 @@ from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.references.bench_of_rows import ON_BENCH
 from planner.diagnose.references.references import BY_BENCH, REFERENCES, Reference
 from planner.diagnose.search.sensor import SensorFound
-from planner.measurement import AXES
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect
+from planner.nouns.sensor import channel_name
 from planner.solvers.distributions import TWO_SIDED, chi_square_tail
 
 DEGREES = 180.0 / np.pi
@@ -55,7 +55,7 @@ def _suspect(s: SensorFound, b: int) -> ReferenceSuspect:
         low=value - half,
         high=value + half,
         unit=r.unit,
-        channels=tuple(f"{s.sensor}_{AXES[a]}" for a in sorted(block.columns)),
+        channels=tuple(channel_name(s.sensor, a) for a in sorted(block.columns)),
         p_value=s.found.p[b],
         strength=float(np.sqrt(s.found.share(b).delta)),
         check=r.check + _where(s, b),

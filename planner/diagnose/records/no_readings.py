@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.measurement import AXES
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
+from planner.nouns.sensor import channel_name
 from planner.protocols import Sensor
 from planner.units import STANDARD_GRAVITY_MPS2
 
@@ -46,7 +46,7 @@ class NoReading:
     @property
     def channel(self) -> str:
         """`gyro_x` … `accelerometer_z`."""
-        return f"{self.sensor}_{AXES[self.axis]}"
+        return channel_name(self.sensor, self.axis)
 
 
 def stuck_readings(table: DwellTable, kept: NDArray[np.bool_]) -> list[NoReading]:

@@ -23,7 +23,6 @@ from planner.diagnose.findings.lagging_thermometer import (
     suspects_it,
     with_lag,
 )
-from planner.diagnose.findings.reported import channel_name
 from planner.diagnose.findings.suspects import suspects
 from planner.diagnose.records.not_soaked import NotSoaked, not_soaked
 from planner.diagnose.records.off_power_on import off_power_on
@@ -39,6 +38,7 @@ from planner.diagnose.search.sensor import SensorFound, diagnose_sensor
 from planner.dwells.table_rows import rows_of
 from planner.nouns.diagnosis import ReferenceSuspect, Refused, RowLeftOut
 from planner.nouns.dwell_table import DwellTable
+from planner.nouns.sensor import channel_name
 from planner.protocols import SENSORS
 from planner.spec.model import Spec
 from planner.spec.references import BenchAccuracy

@@ -19,7 +19,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.diagnose.findings.reported import channel_name
 from planner.diagnose.noise.whitened import Whitened, log_p
 from planner.diagnose.records.leans_of_sets import SAME_FACE
 from planner.diagnose.references.bench_directions import at_rest
@@ -28,6 +27,7 @@ from planner.diagnose.vetoes.verdicts import A_FEW
 from planner.dwells.table_rows import alike
 from planner.nouns.diagnosed_spreads import Assumption
 from planner.nouns.diagnosis import Unknown
+from planner.nouns.sensor import channel_name
 from planner.units import STANDARD_GRAVITY_MPS2
 
 FAR = 5.0  # budgets, at the low end of the interval

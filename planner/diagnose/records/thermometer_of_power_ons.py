@@ -41,7 +41,6 @@ from planner.diagnose.records.changed_power_ons import CHI2_95, LEAST_RUNS, SIDE
 from planner.diagnose.references.bench_of_rows import MOST as MOST_BENCHES
 from planner.diagnose.references.thermometer_offset import NAME
 from planner.diagnose.search.sensor import SensorFound
-from planner.measurement import AXES
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect
 from planner.nouns.dwell_table import DwellTable
@@ -149,7 +148,9 @@ def thermometer_of_power_ons(
         return None
     if not _come_again(table.temperature_degc, _rows_of(sets[k], data) > 0.0, sized.value):
         return None
-    told = tuple(_name(c) for c, fall in zip(fit.channels, sized.falls, strict=True) if fall > CHI2_95)
+    told = tuple(
+        c.w.channel.name for c, fall in zip(fit.channels, sized.falls, strict=True) if fall > CHI2_95
+    )
     return OffThermometer(
         table.run[data.starts[sets[k]]], which[k], sized.value, sized.half, told,
         float(np.sqrt(max(sized.falls.sum(), 0.0))), max((b.temperature for b in benches), default=0.0),
@@ -202,11 +203,6 @@ def _sets(table: DwellTable, starts: NDArray[np.int64]) -> tuple[NDArray[np.bool
 
 
 # ---------------------------------------------------------------- curves at temperatures
-
-
-def _name(seen: Seen) -> str:
-    """Of a channel, as it is reported."""
-    return f"{seen.w.channel.sensor}_{AXES[seen.w.channel.axis]}"
 
 
 @dataclass(frozen=True)
