@@ -148,9 +148,7 @@ def thermometer_of_power_ons(
         return None
     if not _come_again(table.temperature_degc, _rows_of(sets[k], data) > 0.0, sized.value):
         return None
-    told = tuple(
-        c.w.channel.name for c, fall in zip(fit.channels, sized.falls, strict=True) if fall > CHI2_95
-    )
+    told = tuple(c.name for c, fall in zip(fit.channels, sized.falls, strict=True) if fall > CHI2_95)
     return OffThermometer(
         table.run[data.starts[sets[k]]], which[k], sized.value, sized.half, told,
         float(np.sqrt(max(sized.falls.sum(), 0.0))), max((b.temperature for b in benches), default=0.0),
