@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
 
 import numpy as np
 
@@ -63,14 +63,12 @@ def diagnose(
     """
     _check(table, len(table))
     table, rewritten = _as_meant(table, spec)
-    table, seen, late_reading = _screened(table)
-    rewritten += late_reading
+    table, seen, late = _screened(table)
     _check(table, int(seen.kept.sum()))
     search = Search(spec, seed, progress)
     stays = without_off(table, seen.kept, search)
     kept, every = stays.kept, bool(stays.kept.all())
     judged = put_right(stays, search)
-    late = any(one.hypothesis == LAGS for one in judged.suspects)
     table, data = judged.table, judged.data
     found, effects, said, spans, rest = _fitted(judged, search)
     names = list(dict.fromkeys(e.effect for e in effects))
@@ -83,12 +81,12 @@ def diagnose(
     left = [*stays.off, *copies(data), *left_out(found, data)]
     wrong = (
         *rewritten,
+        *late,
         *seen.suspects,
-        *judged.suspects,
-        *(s for s in suspects(found) if not (late and s.hypothesis == LAGS)),
+        *_of_the_bench(found, judged, spec),
+        *stays.suspects,
+        *off_as_a_whole(left),
     )
-    common = [one for s in found if (one := common_scale(s, spec)) is not None]
-    wrong = (*wrong, *stays.suspects, *off_as_a_whole(left), *common)
     unlike = unlike_power_ons(assumed, wrong)
     if unlike is not None:
         wrong = (*wrong, unlike)
@@ -111,6 +109,17 @@ def diagnose(
         refused=(*(r for s in found for r in _refused(s)), *spans),
         kept=None if every else kept,
     )
+
+
+def _of_the_bench(found: Sequence[SensorFound], judged: Judged, spec: Spec) -> Iterator[ReferenceSuspect]:
+    """What was put right, what a search believes of the references, and what all channels have in common.
+
+    A thermometer that lags was put right where that was seen: what a search says of it is said already.
+    """
+    late = any(one.hypothesis == LAGS for one in judged.suspects)
+    yield from judged.suspects
+    yield from (s for s in suspects(found) if not (late and s.hypothesis == LAGS))
+    yield from (one for s in found if (one := common_scale(s, spec)) is not None)
 
 
 def _as_meant(table: DwellTable, spec: Spec) -> tuple[DwellTable, list[ReferenceSuspect]]:
