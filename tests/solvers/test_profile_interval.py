@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -16,13 +17,15 @@ TAU, SIZE, SIGMA = 30.0, 1.0, 0.02
 RANGE = (float(np.log(2.0)), float(np.log(600.0)))
 
 
-def held(y: np.ndarray) -> object:
+def held(y: np.ndarray) -> Callable[[float], Held]:
     """Of y = k exp(−t/τ) + b, unit noise, by the logarithm of τ."""
 
-    def at(p: float) -> Held | None:
+    def at(p: float) -> Held:
         g = np.exp(-TIMES / np.exp(p)) / SIGMA
         g = g - g.mean()
-        return held_of(np.array([[g @ g]]), np.array([g @ y]), np.array([g @ g + 1e-300]))
+        found = held_of(np.array([[g @ g]]), np.array([g @ y]), np.array([g @ g]))
+        assert found is not None
+        return found
 
     return at
 
@@ -34,15 +37,15 @@ def case(seed: int) -> tuple[ProfileIntervals, tuple[float, float], float]:
     y = SIZE * np.exp(-TIMES / TAU) / SIGMA + rng.normal(size=len(TIMES))
     at = held(y - y.mean())
     grid = np.linspace(*RANGE, 60)
-    near = int(np.argmax([at(p).explained for p in grid]))  # type: ignore[operator]
+    near = int(np.argmax([at(p).explained for p in grid]))
     ends = grid[max(near - 1, 0)], grid[min(near + 1, len(grid) - 1)]
-    best = float(minimize_scalar(lambda p: -at(p).explained, bounds=ends, method="bounded").x)  # type: ignore[operator]
-    k = at(best).size[0]  # type: ignore[operator]
+    best = float(minimize_scalar(lambda p: -at(p).explained, bounds=ends, method="bounded").x)
+    k = at(best).size[0]
     e = np.exp(-TIMES / np.exp(best))
     J = np.column_stack([e, k * e * TIMES / np.exp(best), np.ones(len(TIMES))]) / SIGMA
     C = np.linalg.inv(J.T @ J)
     half = T95 * np.sqrt(np.diag(C))
-    told = profile_intervals(at, best, float(half[1]), RANGE, T95, np.array([T95]))  # type: ignore[arg-type]
+    told = profile_intervals(at, best, float(half[1]), RANGE, T95, np.array([T95]))
     assert told is not None
     return told, (k - half[0], k + half[0]), best
 
@@ -68,7 +71,7 @@ def test_the_sum_of_squares_has_risen_by_t_squared_at_both_ends(seed: int) -> No
     at = held(y - y.mean())
     for end in (told.low, told.high):
         if RANGE[0] < end < RANGE[1]:
-            lost = at(best).explained - at(end).explained  # type: ignore[operator]
+            lost = at(best).explained - at(end).explained
             assert lost == pytest.approx(T95**2, rel=0.05)
     assert told.low < best < told.high
 
@@ -76,7 +79,7 @@ def test_the_sum_of_squares_has_risen_by_t_squared_at_both_ends(seed: int) -> No
 def test_what_no_records_tell_reaches_to_the_end_of_its_range() -> None:
     """Without any decay every time constant explains as little."""
     y = np.random.default_rng(4).normal(size=len(TIMES))
-    told = profile_intervals(held(y - y.mean()), 3.4, 0.5, RANGE, T95, np.array([T95]))  # type: ignore[arg-type]
+    told = profile_intervals(held(y - y.mean()), 3.4, 0.5, RANGE, T95, np.array([T95]))
     assert told is not None
     assert (told.low, told.high) == RANGE
     assert told.lows[0] < 0.0 < told.highs[0]
