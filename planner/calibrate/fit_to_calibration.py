@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
+from planner.calibrate.profiled import profiled
 from planner.calibrate.weak_coefficients import weak, within_budget
 from planner.calibrate.what_would_tell import what_would_tell
 from planner.campaign.estimate import Estimate
@@ -48,7 +49,12 @@ def sensor_calibration(
     coefficients = tuple(
         c
         for fit, given in zip(fits, drawn, strict=True)
-        for c in coefficients_of(given, spec, weak(fit, half_widths(fit), spec))
+        for c in coefficients_of(
+            given,
+            spec,
+            weak(fit, half_widths(fit), spec),
+            profiled(fit, CONFIDENCE) if given is fit else {},  # what is drawn is as its covariance says
+        )
     )
     notes = [f"{sensor} {AXES[fit.model.channel]}: {note}" for fit in fits for note in fit.notes]
     return SensorCalibration(
@@ -68,19 +74,27 @@ def sensor_calibration(
 # ---------------------------------------------------------------- coefficients
 
 
-def coefficients_of(fit: Estimate, spec: Spec, faint: NDArray[np.bool_] | None = None) -> list[Coefficient]:
+def coefficients_of(
+    fit: Estimate,
+    spec: Spec,
+    faint: NDArray[np.bool_] | None = None,
+    shaped: Mapping[int, tuple[float, float]] | None = None,
+) -> list[Coefficient]:
     """The channel's coefficients with 95 % intervals by Student's t and their own degrees of freedom.
 
-    faint: (p,) which are weak; by the fit itself if not given
+    faint: (p,) which are weak; shaped: intervals by the profile (`profiled`); by the fit itself if not given
     """
     found = []
     half = half_widths(fit)
     if faint is None:
         faint = weak(fit, half, spec)
+    if shaped is None:
+        shaped = profiled(fit, CONFIDENCE)
     shapes = {(effect, p.name): p for effect, p in fit.model.fitted_parameters}
     for i, column in enumerate(fit.model.columns()):
         value, h = float(fit.theta[i]), float(half[i])
-        low, high, error = value - h, value + h, float(_errors(fit)[i])
+        low, high = shaped.get(i, (value - h, value + h))
+        error = float(_errors(fit)[i])
         p = shapes.get((column.effect, column.parameter))
         if p is not None and p.scale == "logarithmic":  # the interval is one of the logarithm
             value, low, high = (p.value(x) for x in (value, low, high))

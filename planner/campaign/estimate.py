@@ -160,7 +160,7 @@ def weighed(
 ) -> tuple[Array, Array, Array]:
     """Coefficients (p,), their errors (p,) and white residuals (n,), V as it is: for the steps of a fit."""
     n, p = J.shape
-    X, target, effects, full = _with_pseudo_records(y, J, prior, noise, variances)
+    X, target, effects, full = with_pseudo_records(y, J, prior, noise, variances)
     white = covariance(effects, full.theta).whiten(np.column_stack([X, target]))
     found = factors(white[:, :-1])
     beta = found.solve(white[:, -1])
@@ -171,7 +171,7 @@ def weighed(
 def solved(y: Array, J: Array, prior: Prior, noise: Noise, variances: Variances) -> MixedFit:
     """Generalised least squares of y (n,) on J (n, p) beside the shared unknowns, which are not returned."""
     n, p = J.shape
-    X, target, effects, full = _with_pseudo_records(y, J, prior, noise, variances)
+    X, target, effects, full = with_pseudo_records(y, J, prior, noise, variances)
     found = mixed_fit(target, X, effects, full)
     return replace(
         found,
@@ -184,7 +184,7 @@ def solved(y: Array, J: Array, prior: Prior, noise: Noise, variances: Variances)
     )
 
 
-def _with_pseudo_records(
+def with_pseudo_records(
     y: Array, J: Array, prior: Prior, noise: Noise, variances: Variances
 ) -> tuple[Array, Array, RandomEffects, Variances]:
     """Design, target and V of the records and of the unknowns with a prior, if there are any."""

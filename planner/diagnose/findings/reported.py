@@ -369,17 +369,16 @@ def _where(s: SensorFound, b: int) -> str:
 def _of_the_search(s: SensorFound, b: int, effect: Effect, sizes: Sequence[Estimate]) -> list[FoundTerm]:
     mine = [e for e in sizes if e.block == b]
     intervals: tuple[ParameterInterval, ...] = ()
+    ends = {e.term: (e.value - e.half, e.value + e.half) for e in mine}
     if effect.parameters:
         shape = s.shape(b)
         intervals = shape.parameters
         mine = [e for e in shape.estimates(s.found) if e.block == b]
+        ends = {e.term: (e.value - e.half, e.value + e.half) for e in mine} | dict(shape.sizes)
     channel = _where(s, b)
     unit = effect.units[s.sensor]
     return [
-        *(
-            FoundTerm(e.term, channel, e.value, e.value - e.half, e.value + e.half, e.freedom, unit)
-            for e in mine
-        ),
+        *(FoundTerm(e.term, channel, e.value, *ends[e.term], e.freedom, unit) for e in mine),
         *(
             FoundTerm(i.name, channel, i.value, i.low, i.high, i.freedom, p.unit, True)
             for p, i in zip(effect.parameters, intervals, strict=True)

@@ -6,8 +6,8 @@ coefficient is Satterthwaite's from how well REML knows the variances that it is
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from planner.diagnose.hypotheses.candidates import Block, effect_blocks
 from planner.diagnose.hypotheses.found import ALPHA_FURTHER, Found, free
 from planner.diagnose.hypotheses.freedoms import satterthwaite
 from planner.diagnose.hypotheses.lack_of_fit import along, own_variable
-from planner.diagnose.hypotheses.nonlinear import as_likely_steps
+from planner.diagnose.hypotheses.nonlinear import as_likely_steps, profiled
 from planner.diagnose.hypotheses.pool import Pool, extended, given
 from planner.diagnose.hypotheses.scores import delta, mean_square, score
 from planner.nouns.array import Array
@@ -95,11 +95,15 @@ class ParameterInterval:
 
 @dataclass(frozen=True)
 class Shape:
-    """All parameters of a found block; wider: the pool with their derivatives as block `block`, if any."""
+    """All parameters of a found block; wider: the pool with their derivatives as block `block`, if any.
+
+    sizes: term -> its interval where a profile tells it: of a block with one parameter
+    """
 
     parameters: tuple[ParameterInterval, ...]
     wider: Pool
     block: int | None = None
+    sizes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def estimates(self, found: Found) -> list[Estimate]:
         """Every coefficient of what is believed, and the derivatives beside them."""
@@ -111,6 +115,7 @@ def shape_of(
 ) -> Shape:
     """The parameters of a block by their derivatives, all together, on the scales on which fits carry them.
 
+    A single one by the profile, and with it the sizes that belong to it (`nonlinear.profiled`).
     One that steps lies between values of its condition in the table, wherever it explains as much as at its
     best. Bins over another variable that stand beside the block (Found.aliased) are left out: in one long
     record they follow its derivatives, as they follow anything.
@@ -133,7 +138,38 @@ def shape_of(
         ends = as_likely_steps(found.pool, others, b, channels, cuts, r)
         return ParameterInterval(name, value[name], *ends, np.inf)
 
-    return Shape(tuple(told(r) for r in ranges), wider, new)
+    whole = Shape(tuple(told(r) for r in ranges), wider, new)
+    alone = len(ranges) == 1 and not ranges[0].parameter.stepped and new is not None
+    return _by_profile(found, b, channels, cuts, ranges[0].parameter, whole) if alone else whole
+
+
+def _by_profile(
+    found: Found,
+    b: int,
+    channels: Sequence[Channel],
+    cuts: NDArray[np.int64],
+    p: Parameter,
+    whole: Shape,
+) -> Shape:
+    """What a block's only parameter and its sizes are by the profile; as they were where there is none."""
+    others = [i for i in _beside(found, b) if i != b]
+    every = estimates(whole.wider, [*others, b, *([] if whole.block is None else [whole.block])])
+    mine = [e for e in every if e.block == b]
+    own = next(e for e in every if e.block == whole.block)
+    if not all(np.isfinite(e.half) for e in (*mine, own)) or len(mine) != len(found.pool.places[b]):
+        return whole
+    root = np.sqrt(max(mean_square(found.pool, [b]), 1.0))
+    reach = [root * float(student_quantile((1.0 + CONFIDENCE) / 2.0, e.freedom)) for e in (own, *mine)]
+    told = profiled(
+        found.pool, others, b, channels, cuts, p, min(own.half, WIDEST), (reach[0], np.array(reach[1:]))
+    )
+    if told is None:
+        return whole
+    parameter = replace(whole.parameters[0], low=p.value(told.low), high=p.value(told.high))
+    ends = zip(told.lows.tolist(), told.highs.tolist(), strict=True)
+    return replace(
+        whole, parameters=(parameter,), sizes={e.term: end for e, end in zip(mine, ends, strict=True)}
+    )
 
 
 def _beside(found: Found, b: int) -> list[int]:

@@ -12,7 +12,10 @@ from planner.diagnose.channels.parameters import Range
 from planner.diagnose.hypotheses.candidates import Block, effect_blocks
 from planner.diagnose.hypotheses.pool import Pool, extended, given, pool_of
 from planner.diagnose.hypotheses.scores import score
+from planner.nouns.array import Array
+from planner.protocols import Parameter
 from planner.solvers.distributions import student_quantile
+from planner.solvers.profile_interval import Held, ProfileIntervals, held_of, profile_intervals
 
 NEAR_STEPS = 12  # on both sides, so that steps meet halfway between two values of the grid
 OF_A_STEP = 7.35  # of Δ, within which the place of a step lies
@@ -86,6 +89,37 @@ def as_likely_steps(
     return float(r.gaps[ends[0], 0]), float(r.gaps[ends[1], 1])
 
 
+def profiled(
+    pool: Pool,
+    others: Sequence[int],
+    b: int,
+    channels: Sequence[Channel],
+    cuts: NDArray[np.int64],
+    p: Parameter,
+    half: float,
+    reach: tuple[float, Array],
+) -> ProfileIntervals | None:
+    """The intervals of a block's only parameter, as it is carried, and of its sizes, SI (`profile_interval`).
+
+    others: what is believed beside it; half: of the interval by slopes; reach: t of the parameter, of the
+    sizes (k,), in standard errors of unit variance of the whitened rows
+    """
+    block = pool.blocks[b]
+
+    def held(value: float) -> Held | None:
+        moved = _at(block, {p.name: p.value(value)}, channels)
+        if moved is None:
+            return None
+        one = pool_of(pool.state, [moved], cuts)
+        if not one.size.all():
+            return None
+        h, gram = _beside(pool, others, one)
+        here = held_of(gram, h, np.ones(len(h)))
+        return here and Held(here.explained, here.size / one.size, here.error / one.size)
+
+    return profile_intervals(held, p.carried(block.nonlinear[p.name]), half, p.bounds, *reach)
+
+
 def _best_steps(gain: Gain, at: Point, ranges: Sequence[Range]) -> Point:
     """Every parameter that steps at the best of the values near the one it has, one after the other."""
     for r in ranges:
@@ -154,6 +188,12 @@ def _at(block: Block, at: Mapping[str, float], channels: Sequence[Channel]) -> B
 
 def _gain(pool: Pool, others: Sequence[int], one: Pool) -> float:
     """Δ of a block of another pool beside some blocks of this one."""
+    h, gram = _beside(pool, others, one)
+    return float(h @ np.linalg.pinv(gram, rcond=1e-8, hermitian=True) @ h)
+
+
+def _beside(pool: Pool, others: Sequence[int], one: Pool) -> tuple[Array, Array]:
+    """h (k,) and Gram (k, k) of a block of another pool, clear of some blocks of this one."""
     k = pool.columns(others)
     cross = np.zeros((len(k), len(one.h)))
     for axis, C in one.parts.items():
@@ -162,6 +202,4 @@ def _gain(pool: Pool, others: Sequence[int], one: Pool) -> float:
             if int(column) in place:
                 cross[row, one.axes[axis]] += pool.parts[axis][:, place[int(column)]] @ C
     inverse = np.linalg.pinv(pool.gram[np.ix_(k, k)], rcond=1e-8, hermitian=True)
-    h = one.h - cross.T @ inverse @ pool.h[k]
-    gram = one.gram - cross.T @ inverse @ cross
-    return float(h @ np.linalg.pinv(gram, rcond=1e-8, hermitian=True) @ h)
+    return one.h - cross.T @ inverse @ pool.h[k], one.gram - cross.T @ inverse @ cross

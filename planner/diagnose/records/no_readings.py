@@ -25,6 +25,7 @@ LEVER_ARM_M = 0.5  # about the widest table: so far off the axis an acceleromete
 REPEATS = 3  # readings of one value to the last digit: two may be alike by rounding
 UNROUNDED = 0.9  # share of different values among the other rows: a resolution that repeats none by chance
 CHANCE = 0.01  # of a table, that a repeated value is no more than rounding
+SAME = 1e-6  # of the channel's range, to which references are one input
 MOVES = 0.02  # of the channel's range, by which their references differ: no table is off by so much
 ALIKE = 0.5  # share of a condition's rows in two power-ons or more: a range that ends is no accident
 MOST = 0.5  # share of the judged rows: where more are off, the reference is no measure of the channel
@@ -53,9 +54,10 @@ def stuck_readings(table: DwellTable, kept: NDArray[np.bool_]) -> list[NoReading
     """Rows whose channel repeats one value to the last digit while its reference moves.
 
     Readings of fine resolution repeat none at all, whatever the reference does; of noise that is a few times
-    the last digit three records of one condition are alike now and then (`_by_rounding`). The rows are either
-    records after one another, or those at the channel's greatest or least reading, wherever they stand; or
-    one at the greatest and one at the least, of one size to the last digit and both short (`_both_ends`).
+    the last digit three records of one condition are alike now and then (`_by_rounding`, `_at_one_input`).
+    The rows are either records after one another, or those at the channel's greatest or least reading,
+    wherever they stand; or one at the greatest and one at the least, of one size to the last digit and both
+    short (`_both_ends`).
     """
     found = []
     for sensor, axis, y, u, _, least in _channels(table):
@@ -63,7 +65,9 @@ def stuck_readings(table: DwellTable, kept: NDArray[np.bool_]) -> list[NoReading
         order = order[kept[order] & np.isfinite(y[order])]
         apart = np.maximum(MOVES * np.ptp(u[order, axis]), FAR_OFF * least) if len(order) else np.inf
         rows = np.zeros(len(table), dtype=bool)
-        groups = [g for g in (*_stretches(y, order), *_ends(y, order)) if len(g) >= REPEATS]
+        stretches = [g for g in _stretches(y, order) if len(g) >= REPEATS]
+        ends = [g for g in _ends(y, order) if len(g) >= REPEATS]
+        groups = [*stretches, *ends]
         both = _both_ends(y, u[:, axis], order)
         rows[both] = True
         if not groups and not len(both):
@@ -73,8 +77,13 @@ def stuck_readings(table: DwellTable, kept: NDArray[np.bool_]) -> list[NoReading
         still = np.abs(np.diff(u[order, axis])) <= apart
         fresh = ~np.isin(order, np.concatenate([np.empty(0, dtype=np.int64), *groups]))
         for group in groups:
-            told = to_the_digit and _by_rounding(y[order], still, fresh, len(group)) <= CHANCE
-            if told or np.ptp(u[group, axis]) > apart:
+            if np.ptp(u[group, axis]) > apart:
+                rows[group] = True
+        for group in stretches if to_the_digit else ():
+            if _by_rounding(y[order], still, fresh, len(group)) <= CHANCE:
+                rows[group] = True
+        for group in ends if to_the_digit else ():
+            if _at_one_input(y, u[:, axis], order, group) <= CHANCE:
                 rows[group] = True
         if 0 < rows.sum() <= MOST * len(order):  # a channel that is dead throughout has no rows to spare
             found.append(NoReading(sensor, axis, rows, True))
@@ -164,14 +173,40 @@ def _stretches(y: Array, order: NDArray[np.int64]) -> Iterator[NDArray[np.int64]
 def _by_rounding(y: Array, still: NDArray[np.bool_], fresh: NDArray[np.bool_], length: int) -> float:
     """How many stretches of a length rounding makes of records after one another in one condition.
 
-        N p^(length − 1),   p = (pairs that are alike) / N
+        N p^(length − 1),   p = (pairs that are alike + 1) / (N + 2)
 
     N pairs of neighbours that are fresh (n,), in no stretch in question, and of which the reference is still
-    (n − 1,): ninety in steps of 1e-5 g with noise of 4e-5 g make a triple in every second campaign.
+    (n − 1,), p by Laplace's rule of succession: few pairs say little. Ninety in steps of 1e-5 g with noise of
+    4e-5 g make a triple in every second campaign.
     """
     pairs = fresh[1:] & fresh[:-1] & still
     n, alike = int(pairs.sum()), int(np.sum(pairs & (np.diff(y) == 0.0)))
-    return float(n * (alike / n) ** (length - 1)) if n else 0.0
+    return float(max(n, 1) * ((alike + 1.0) / (n + 2.0)) ** (length - 1))
+
+
+def _at_one_input(y: Array, u: Array, order: NDArray[np.int64], group: NDArray[np.int64]) -> float:
+    """How many groups as large as one at the end of the readings rounding makes of the rows of its inputs.
+
+        n! / (m! (n − m)!) p^(m − 1),   p = (pairs that are alike + 1) / (N + 2)
+
+    m rows alike of the n that have the inputs (n,) of the group; N pairs of other rows, wherever they stand,
+    of one input each. The greatest of all readings is the face's that has the greatest input, and is alike
+    there as often as anywhere.
+    """
+    from scipy.special import betaln
+
+    at = np.unique(np.round(u[order] / max(SAME * float(np.ptp(u[order])), 1e-300)), return_inverse=True)[1]
+    mine = np.isin(order, group)
+    others = at[~mine]
+    pairs = _pairs(np.bincount(others))
+    alike = _pairs(np.unique(np.column_stack([others, y[order[~mine]]]), axis=0, return_counts=True)[1])
+    n, m = int(np.isin(at, at[mine]).sum()), len(group)
+    ways = -np.log(n + 1.0) - betaln(n - m + 1.0, m + 1.0)  # log of n! / (m! (n − m)!)
+    return float(np.exp(min(ways + (m - 1) * np.log((alike + 1.0) / (pairs + 2.0)), 0.0)))
+
+
+def _pairs(counts: NDArray[np.int64]) -> float:
+    return float(np.sum(counts * (counts - 1.0)) / 2.0)
 
 
 def _ends(y: Array, order: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:

@@ -11,6 +11,7 @@ import pytest
 from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.diagnose.records.no_readings import off_their_reference, stuck_readings
 from planner.diagnose.records.not_as_said import screened
+from planner.dwells.table_rows import rows_of
 from planner.nouns.dwell_table import DwellTable
 from planner.spec.load import load_spec
 from planner.spec.model import Spec
@@ -145,6 +146,49 @@ def test_three_alike_among_readings_of_a_few_digits_of_noise_are_alive() -> None
         drift = 1e3 * step * np.sin(np.arange(len(table)) / 40.0)[:, None]
         read = replace(table, acc=np.round((table.ref_acc + noise + drift) / step) * step, gyro=None)
         assert not stuck_readings(read, every)
+
+
+@cache
+def plain() -> DwellTable:
+    return campaign(201)[0]
+
+
+def few_faces_among_tilts(seed: int, first_on_x: bool = False) -> tuple[DwellTable, np.ndarray]:
+    """Seven power-ons of seven records in tilts of their own and now and then on a face; (n,) those on +x.
+
+    Readings have last digits of 1e-4 g and noise of one and a half of those. first_on_x: of every power-on.
+    """
+    rng = np.random.default_rng([seed, 51])
+    g = rng.normal(size=(49, 3))
+    face = rng.random(49) < 0.35
+    g[face] = np.eye(3)[rng.integers(3, size=face.sum())] * rng.choice([-1.0, 1.0], face.sum())[:, None]
+    g[::7] = [1.0, 0.0, 0.0] if first_on_x else g[::7]
+    g *= 9.80665 / np.linalg.norm(g, axis=1)[:, None]
+    step = 1e-4 * 9.80665
+    table = plain()
+    own = rows_of(table, np.arange(len(table)) < 49)
+    acc = np.round((1.002 * g + 1.5 * step * rng.normal(size=g.shape)) / step) * step
+    run = np.repeat(np.arange(1, 8), 7)
+    time_on = np.tile(np.arange(7) * 60.0, 7)
+    own = replace(own, ref_acc=g, acc=acc, gyro=None, ref_rate=None, run=run, time_on=time_on)
+    return own, g[:, 0] > 0.999 * 9.80665
+
+
+def test_the_greatest_reading_repeats_on_its_face_as_readings_do_on_others() -> None:
+    """Tilts read no value twice whatever the last digit is: of 200 tables twelve lost rows."""
+    for seed in range(200):
+        table, _ = few_faces_among_tilts(seed)
+        assert not stuck_readings(table, np.ones(len(table), dtype=bool)), seed
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_range_that_ends_on_one_face_is_found_among_fine_readings(seed: int) -> None:
+    table, up = few_faces_among_tilts(seed, first_on_x=True)
+    assert table.acc is not None
+    acc = table.acc + 1e-4 * np.random.default_rng(seed).normal(size=table.acc.shape)
+    acc[:, 0] = np.minimum(acc[:, 0], 0.97 * 9.80665)
+    (one,) = stuck_readings(replace(table, acc=acc), np.ones(len(table), dtype=bool))
+    assert one.rows[up].all()
 
 
 def test_a_channel_that_never_moves_leaves_the_other_channels_their_rows() -> None:
