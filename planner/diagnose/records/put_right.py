@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.channels.prepared import Prepared, prepared
+from planner.diagnose.findings.fixture_of_both import denied_by_the_other
 from planner.diagnose.findings.lagging_thermometer import NAME as LAGS
 from planner.diagnose.findings.lagging_thermometer import (
     ahead,
@@ -78,7 +79,13 @@ class Search:
     ) -> Judged:
         """A table in which these suspects are put right, searched."""
         data = prepared(table, self.spec.unit)
-        return Judged(table, data, self.of(data, barred), suspects, barred)
+        found = self.of(data, barred)
+        denied = denied_by_the_other(found)
+        if denied:
+            barred = (*barred, *denied)
+            own = {c for r in denied for c in r.channels}
+            found = self.of(data, barred, [s for s in found if own.isdisjoint(channels_searched(s))])
+        return Judged(table, data, found, suspects, barred)
 
     def of(
         self, data: Prepared, refused: Sequence[Refused] = (), stays: Sequence[SensorFound] = ()
