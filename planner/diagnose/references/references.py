@@ -23,6 +23,11 @@ from planner.diagnose.references.bench_directions import (
     through_the_unit,
 )
 from planner.diagnose.references.bench_of_rows import ON_BENCH, named_benches, on_bench, rows_by_bench
+from planner.diagnose.references.bending_mounts import (
+    at_several_temperatures,
+    bends_with_temperature,
+    gives_way_to_load,
+)
 from planner.diagnose.references.earth_in_turns import TERMS as EARTH_IN_TURNS
 from planner.diagnose.references.earth_in_turns import as_at_rest, known_at_rest, left_out_of_turns
 from planner.diagnose.references.fixture_faces import leaning_faces, resting_on_faces
@@ -32,7 +37,6 @@ from planner.diagnose.references.rate_of_table import ONE_WAY, OTHER_WAY, off_by
 from planner.diagnose.references.table_axis import beside_an_arm, off_the_axis
 from planner.diagnose.references.tumbles import TERMS, forgotten_rate, without_north
 from planner.effects._bench_frame import turning
-from planner.effects._channels import REFERENCE_DEGC
 from planner.measurement import evaluate, sensed
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
@@ -47,7 +51,6 @@ MOST_SCALE = 0.05  # by which gravity or a table's rate may be off: beside a sca
 MOST_TILT = float(np.radians(3.0))  # of a base: turns of which an arm feels a g were one of 70 deg
 ONE_SCALE = 0.005  # 7 % of it: what a drive, gravity or a bend is off by is the same on each channel
 ON_THE_ARM, IN_TURNS, TURNING = 0.0, 1.0, 2.0  # where a unit may be mounted another way: in both
-SPAN_K, LEAST_SPAN_K = 50.0, 20.0  # over which a fixture's turn is told; over less it bends by little
 BY_BENCH = frozenset(  # what has places of one bench among several
     {"base_tilt", "azimuth", "mounting", "local_gravity_by_bench", "table_rate_by_bench"}
 )
@@ -182,21 +185,6 @@ def _mountings(table: DwellTable) -> Sequence[float]:
     on_the_arm = (ON_THE_ARM,) if arm.any() and not arm.all() else ()
     in_turns = (IN_TURNS, *((TURNING,) if on_the_arm else ())) if turns.any() and rests.any() else ()
     return (*on_the_arm, *in_turns, *_bases(table)[1:])
-
-
-def _mounting_by_temperature(c: Channel, table: DwellTable, place: float) -> Array:
-    """Turned by three angles, the same of all channels, that grow with the temperature from 20 °C on.
-
-    A plate that bends as the chamber warms it. Package and board have six angles of each sensor, and no turn.
-    """
-    warmer = (c.model.conditions.temperature_degc - REFERENCE_DEGC) / SPAN_K
-    u = sensed(c.sensor, c.model.conditions) * warmer[:, None]
-    return through_the_unit(c, [np.cross(np.broadcast_to(e, u.shape), u) for e in np.eye(3)])
-
-
-def _warmed(table: DwellTable) -> Sequence[float]:
-    """One place, where records are at several temperatures."""
-    return (0.0,) if np.ptp(table.temperature_degc) > LEAST_SPAN_K else ()
 
 
 def _thermometer(c: Channel, table: DwellTable, place: float) -> Array:
@@ -352,12 +340,23 @@ REFERENCES: Mapping[str, Reference] = {
             ("gyro", "accelerometer"),
             "deg",
             ("x", "y", "z"),
-            _mounting_by_temperature,
+            bends_with_temperature,
             "it turns the unit by so much in 50 K: measure the fixture's angles in the cold and in the heat",
-            places=_warmed,
+            places=at_several_temperatures,
             unlike=ONE_SCALE,
             alias="misalignment_temperature",
             record="the same record on another fixture, or with a mirror on the unit's own case",
+            said="mounting",
+        ),
+        Reference(
+            "mounting_by_load",
+            ("gyro", "accelerometer"),
+            "deg",
+            ("x", "y", "z"),
+            gives_way_to_load,
+            "it turns the unit by so much under 10 g: measure how far the fixture or its mounts give way",
+            unlike=ONE_SCALE,
+            record="the same load with the fixture clamped stiffer, or a mirror on the unit's own case",
             said="mounting",
         ),
         Reference(
