@@ -5,7 +5,8 @@
 u is a gravity, or a turn of 100 deg/s, which the least of gyros measures, or what the records drive the
 sensor with if that is more. Records in which f_x f_y is a rounding "limit" a g-product to 6e5 deg/s/g²: that
 is no limit, and what fits such a coefficient is not the effect. The model equations of IEEE Std 1293 and 952
-are an input with its errors, of which each is less than it.
+are an input with its errors, of which each is less than it; a scale factor's no more than a share of it. A
+reference of gravity that changed between days is a reading that does not follow its input: a cubic of −0.5.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from functools import cache
 
 import numpy as np
 
+from planner.diagnose.channels.channel import LARGEST
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.references.references import Reference, hypothesis
 from planner.nouns.array import Array
@@ -53,6 +55,7 @@ def _by_input(effect: Effect, block: Block, driven: Conditions) -> dict[str, flo
     columns = effect.regressors(sensor, everywhere, block.nonlinear)
     reach = np.abs(columns).max(axis=(0, 1))
     most = np.divide(largest[sensor], reach, out=np.full(len(reach), np.inf), where=reach > 0.0)
+    most *= LARGEST if effect.group == "scale_factor" else 1.0
     return dict(zip((t.name for t in effect.terms(sensor)), most.tolist(), strict=True))
 
 

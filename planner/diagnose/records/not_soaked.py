@@ -46,6 +46,7 @@ from planner.diagnose.search.sensor import SensorFound
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect
 from planner.nouns.dwell_table import DwellTable
+from planner.protocols import SENSORS, Sensor
 from planner.solvers.distributions import chi_square_tail
 from planner.temperature_table import GAP_K, hats, temperature_nodes
 
@@ -133,6 +134,8 @@ def not_soaked(found: Sequence[SensorFound], data: Prepared) -> NotSoaked | None
     one, s2 = each[best], fit.noise(float(left[best]))
     p = min(_foretold(one.first, s2), float(np.exp(-max(_odds(one.gram, one.h, s2), 0.0)))) * len(TAUS_S)
     if p > CHANCE or not one.agree(s2) or not one.no_warm_up(s2) or np.abs(one.d).max() > MOST_K:
+        return None
+    if any(one.contradicted(fit.of(sensor), s2) for sensor in SENSORS):
         return None
     told = tuple(name for name, fall in zip(names, one.falls / s2, strict=True) if fall > CHI2_999)
     sigma = np.sqrt(s2 * np.diag(one.way))
@@ -242,6 +245,14 @@ class _At:
             or chi_square_tail(differ, freedom) > 1e-3
         )
 
+    def contradicted(self, mine: NDArray[np.bool_], s2: float) -> bool:
+        """Whether a sensor's channels (a,), which would show Σ dᵀG_a d of these temperatures, rise by them.
+
+        A unit has one temperature. A table's rate that drifted was 50 K to the gyros, nothing beside.
+        """
+        shown = float(np.einsum("i,aij,j->", self.d, self.gram[mine], self.d)) / s2
+        return bool(shown > CHI2_999 and self.falls[mine].sum() < 0.0)
+
     def no_warm_up(self, s2: float) -> bool:
         """Whether it is more than each channel's own warm-up, or one of all, that is the same every time."""
         more = float(self.falls.sum() - self.alike.sum()) / s2
@@ -261,6 +272,10 @@ class _Fit:
     data: Prepared
     channels: Sequence[_Channel]
     degree: int
+
+    def of(self, sensor: Sensor) -> NDArray[np.bool_]:
+        """(a,) the channels of a sensor."""
+        return np.array([c.seen.w.channel.sensor == sensor for c in self.channels], dtype=bool)
 
     def may_be(self, tau: float) -> bool:
         """Whether channels may say one temperature, by curves as read; of a warm-up of one they do not."""

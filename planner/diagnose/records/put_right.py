@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.channels.prepared import Prepared, prepared
+from planner.diagnose.findings.fixture_of_both import denied_by_the_other
 from planner.diagnose.findings.lagging_thermometer import NAME as LAGS
 from planner.diagnose.findings.lagging_thermometer import (
     ahead,
@@ -28,8 +29,8 @@ from planner.diagnose.records.not_soaked import NotSoaked, not_soaked
 from planner.diagnose.records.off_power_on import off_power_on
 from planner.diagnose.records.other_from_run_on import other_from_run_on
 from planner.diagnose.records.run_of_another_temperature import of_another_temperature
+from planner.diagnose.records.scale_of_power_ons import gravity_of_power_ons, table_rate_of_power_ons
 from planner.diagnose.records.stepped_run import stepped_run
-from planner.diagnose.records.table_rate_of_power_ons import table_rate_of_power_ons
 from planner.diagnose.records.thermometer_of_power_ons import (
     sized_again,
     thermometer_of_power_ons,
@@ -78,7 +79,13 @@ class Search:
     ) -> Judged:
         """A table in which these suspects are put right, searched."""
         data = prepared(table, self.spec.unit)
-        return Judged(table, data, self.of(data, barred), suspects, barred)
+        found = self.of(data, barred)
+        denied = denied_by_the_other(found)
+        if denied:
+            barred = (*barred, *denied)
+            own = {c for r in denied for c in r.channels}
+            found = self.of(data, barred, [s for s in found if own.isdisjoint(channels_searched(s))])
+        return Judged(table, data, found, suspects, barred)
 
     def of(
         self, data: Prepared, refused: Sequence[Refused] = (), stays: Sequence[SensorFound] = ()
@@ -130,9 +137,8 @@ def put_right(stays: Stays, search: Search) -> Judged:
 
 def _with_reference_put_right(judged: Judged, search: Search) -> Judged:
     """A reference that became another one; the table with that one, and what is found of it."""
-    anew = other_from_run_on(judged.found, judged.data, search.benches) or table_rate_of_power_ons(
-        judged.found, judged.data, search.benches
-    )
+    seen = judged.found, judged.data, search.benches
+    anew = other_from_run_on(*seen) or table_rate_of_power_ons(*seen) or gravity_of_power_ons(*seen)
     if anew is None:
         return judged
     return search.judged(anew.right(judged.table), (anew.suspect,), judged.barred)

@@ -23,6 +23,11 @@ from planner.diagnose.references.bench_directions import (
     through_the_unit,
 )
 from planner.diagnose.references.bench_of_rows import ON_BENCH, named_benches, on_bench, rows_by_bench
+from planner.diagnose.references.bending_mounts import (
+    at_several_temperatures,
+    bends_with_temperature,
+    gives_way_to_load,
+)
 from planner.diagnose.references.earth_in_turns import TERMS as EARTH_IN_TURNS
 from planner.diagnose.references.earth_in_turns import as_at_rest, known_at_rest, left_out_of_turns
 from planner.diagnose.references.fixture_faces import leaning_faces, resting_on_faces
@@ -44,7 +49,7 @@ from planner.units import STANDARD_GRAVITY_MPS2
 LAGS_S = (60.0, 150.0, 300.0, 600.0)  # a minute to ten, each about twice the one before
 MOST_SCALE = 0.05  # by which gravity or a table's rate may be off: beside a scale factor of -2, 2 would fit
 MOST_TILT = float(np.radians(3.0))  # of a base: turns of which an arm feels a g were one of 70 deg
-ONE_SCALE = 0.005  # 7 % of it: what a drive or gravity that is off by a share adds is the same on each
+ONE_SCALE = 0.005  # 7 % of it: what a drive, gravity or a bend is off by is the same on each channel
 ON_THE_ARM, IN_TURNS, TURNING = 0.0, 1.0, 2.0  # where a unit may be mounted another way: in both
 BY_BENCH = frozenset(  # what has places of one bench among several
     {"base_tilt", "azimuth", "mounting", "local_gravity_by_bench", "table_rate_by_bench"}
@@ -329,6 +334,30 @@ REFERENCES: Mapping[str, Reference] = {
             places=_mountings,
             alias="misalignment",
             record="the same record after mounting the unit anew",
+        ),
+        Reference(
+            "mounting_by_temperature",
+            ("gyro", "accelerometer"),
+            "deg",
+            ("x", "y", "z"),
+            bends_with_temperature,
+            "it turns the unit by so much in 50 K: measure the fixture's angles in the cold and in the heat",
+            places=at_several_temperatures,
+            unlike=ONE_SCALE,
+            alias="misalignment_temperature",
+            record="the same record on another fixture, or with a mirror on the unit's own case",
+            said="mounting",
+        ),
+        Reference(
+            "mounting_by_load",
+            ("gyro", "accelerometer"),
+            "deg",
+            ("x", "y", "z"),
+            gives_way_to_load,
+            "it turns the unit by so much under 10 g: measure how far the fixture or its mounts give way",
+            unlike=ONE_SCALE,
+            record="the same load with the fixture clamped stiffer, or a mirror on the unit's own case",
+            said="mounting",
         ),
         Reference(
             "mounting_of_faces",

@@ -67,3 +67,14 @@ def test_a_unit_that_warms_up_alike_every_time_was_soaked(
     assert not found.reference_suspects
     assert any(e.effect in ("warm_up", "drift_curve_temperature", "settling", "drift_curve_over_temperature")
                for e in found.effects) or found.unknown  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", [33])
+@pytest.mark.further("seed", [32, 34])
+def test_a_rate_that_drifts_is_no_temperature_of_the_gyros_alone(seed: int) -> None:
+    """They said 50 K of it, and what that made of the accelerometers was a lag of one of them."""
+    hall = days(seed, 28)
+    drifts = 1.0 + 3e-3 * (hall.day - hall.day.min()) / np.ptp(hall.day)
+    found = whole(read(hall, seed, felt=replace(hall, turn=hall.turn * drifts[:, None])))
+    assert not found.effects
+    assert {s.hypothesis for s in found.reference_suspects} == {"table_rate"}

@@ -9,7 +9,7 @@ import pytest
 
 from planner.diagnose.channels.prepared import prepared
 from planner.diagnose.dwells_to_diagnosis import diagnose
-from planner.diagnose.records.table_rate_of_power_ons import TableRates, table_rate_of_power_ons
+from planner.diagnose.records.scale_of_power_ons import Shares, table_rate_of_power_ons
 from planner.diagnose.search.sensor import diagnose_sensor
 from planner.nouns.dwell_table import DwellTable
 from tests.diagnose.hall import Noise, days, hidden, read
@@ -28,7 +28,7 @@ def _table(seed: int, by: np.ndarray) -> DwellTable:
     )
 
 
-def _told(table: DwellTable) -> TableRates | None:
+def _told(table: DwellTable) -> Shares | None:
     data = prepared(table, SPEC.unit)
     return table_rate_of_power_ons([diagnose_sensor(data, "gyro", tuple(SPEC.effects), 1)], data, [])
 
@@ -83,3 +83,32 @@ def test_a_table_that_is_wrong_above_a_rate_has_one_name() -> None:
     )
     found = diagnose(read(hall, 341, gyro=DRAWN, felt=felt), SPEC)
     assert [s.hypothesis for s in found.reference_suspects] == ["table_rate"]
+
+
+def _elsewhere(seed: int, by: np.ndarray) -> DwellTable:
+    """Power-ons in which gravity is larger by a share (g,) than the reference says."""
+    hall = days(seed, 24)
+    return read(hall, seed, felt=replace(hall, up=hall.up * (1.0 + by[hall.run - 1])[:, None]))
+
+
+@pytest.mark.parametrize(("seed", "by"), [(341, 2.6e-3), (342, -9e-4)])
+@pytest.mark.further(("seed", "by"), [(343, 5e-4), (344, -2e-3)])
+def test_a_bench_of_another_gravity_from_some_day_on(seed: int, by: float) -> None:
+    """A cubic of three accelerometers was said of it, or their spread was over its budget, and no more."""
+    found = diagnose(_elsewhere(seed, np.where(np.arange(24) >= 13, by, 0.0)), SPEC)
+    (suspect,) = found.reference_suspects
+    assert suspect.hypothesis == "local_gravity"
+    assert "from run 14 on" in suspect.check
+    assert suspect.low < abs(by) < suspect.high
+    assert (found.effects, found.unknown) == ((), ())
+
+
+@pytest.mark.parametrize("seed", [351, 352])
+@pytest.mark.further("seed", [353, 354])
+def test_accelerometers_that_scatter_by_themselves_are_no_gravity(seed: int) -> None:
+    """The same step of one, and a scatter of its own in each of them."""
+    hall, rng = days(seed, 24), np.random.default_rng([seed, 93])
+    table = hidden(read(hall, seed), "acc", 1, 1e-3 * (hall.run > 13) * hall.up[:, 1])
+    for axis in range(3):
+        table = hidden(table, "acc", axis, 1e-4 * rng.normal(size=24)[hall.run - 1] * hall.up[:, axis])
+    assert "local_gravity" not in {s.hypothesis for s in diagnose(table, SPEC).reference_suspects}
