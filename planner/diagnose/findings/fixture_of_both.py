@@ -10,12 +10,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from planner.diagnose.findings.reported import channel_name
 from planner.diagnose.hypotheses.agreement import FORESEEN
 from planner.diagnose.hypotheses.estimates import estimates
 from planner.diagnose.search.sensor import SensorFound
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import Refused
+from planner.nouns.sensor import channel_name
 
 BENDS = "mounting_by_temperature"
 DENIED = "the other sensor, on the same fixture, does not turn with it"
