@@ -81,7 +81,7 @@ def bent(s: SensorFound) -> set[str]:
         (28, 2.0, "thermal_lag"),
         (45, 2.0, "temperature_rate_table_over_time"),
         (42, 4.0, "temperature_rate_table_over_time"),
-        (32, 2.0, "thermometer_lag"),
+        (54, 2.0, "thermometer_lag"),
         (41, 4.0, "thermometer_lag"),
     ],
 )
