@@ -369,12 +369,12 @@ def _where(s: SensorFound, b: int) -> str:
 def _of_the_search(s: SensorFound, b: int, effect: Effect, sizes: Sequence[Estimate]) -> list[FoundTerm]:
     mine = [e for e in sizes if e.block == b]
     intervals: tuple[ParameterInterval, ...] = ()
-    ends = {e.term: (e.value - e.half, e.value + e.half) for e in mine}
+    profiled: Mapping[str, tuple[float, float]] = {}
     if effect.parameters:
         shape = s.shape(b)
-        intervals = shape.parameters
+        intervals, profiled = shape.parameters, shape.sizes
         mine = [e for e in shape.estimates(s.found) if e.block == b]
-        ends = {e.term: (e.value - e.half, e.value + e.half) for e in mine} | dict(shape.sizes)
+    ends = {e.term: profiled.get(e.term, (e.value - e.half, e.value + e.half)) for e in mine}
     channel = _where(s, b)
     unit = effect.units[s.sensor]
     return [

@@ -139,7 +139,7 @@ def shape_of(
         return ParameterInterval(name, value[name], *ends, np.inf)
 
     whole = Shape(tuple(told(r) for r in ranges), wider, new)
-    alone = len(ranges) == 1 and not ranges[0].parameter.stepped and new is not None
+    alone = len(ranges) == 1 and not ranges[0].parameter.stepped
     return _by_profile(found, b, channels, cuts, ranges[0].parameter, whole) if alone else whole
 
 
@@ -152,8 +152,10 @@ def _by_profile(
     whole: Shape,
 ) -> Shape:
     """What a block's only parameter and its sizes are by the profile; as they were where there is none."""
+    if whole.block is None:
+        return whole
     others = [i for i in _beside(found, b) if i != b]
-    every = estimates(whole.wider, [*others, b, *([] if whole.block is None else [whole.block])])
+    every = estimates(whole.wider, [*others, b, whole.block])
     mine = [e for e in every if e.block == b]
     own = next(e for e in every if e.block == whole.block)
     if not all(np.isfinite(e.half) for e in (*mine, own)) or len(mine) != len(found.pool.places[b]):

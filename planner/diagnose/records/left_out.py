@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from planner.diagnose.channels.prepared import Prepared
 from planner.diagnose.search.sensor import SensorFound
-from planner.measurement import AXES
 from planner.nouns.diagnosis import ReferenceSuspect, RowLeftOut
+from planner.nouns.sensor import channel_name
 
 SEVERAL = 3  # channels of six, from which a row is off as a whole
 MOST_COPIES = 1000  # rows, of which each is said
@@ -35,7 +35,7 @@ def left_out(found: Sequence[SensorFound], data: Prepared) -> list[RowLeftOut]:
                     RowLeftOut(
                         run=int(table.run[i]),
                         step="" if table.step is None else str(table.step[i]),
-                        channel=f"{key[0]}_{AXES[key[1]]}",
+                        channel=channel_name(*key),
                         size=float(sizes[key][i]),
                         guess=_guess(int(table.run[i]), int(count[i]), share[int(table.run[i])]),
                         condition=f"{table.temperature_degc[i]:.1f} degC, {table.time_on[i]:.0f} s on",

@@ -34,6 +34,7 @@ from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.nouns.diagnosis import ReferenceSuspect
 from planner.nouns.dwell_table import DwellTable
+from planner.nouns.sensor import channel_name
 from planner.protocols import Sensor
 from planner.solvers.distributions import TWO_SIDED, chi_square_tail
 from planner.spec.references import BenchAccuracy
@@ -125,7 +126,7 @@ class Shares:
         square = (size / np.hypot(self.stated, self.half / TWO_SIDED)) ** 2 if self.stated > 0.0 else 0.0
         return ReferenceSuspect(
             self.which.name, size, size - self.half, size + self.half, r.unit,
-            tuple(f"{self.which.sensor}_{axis}" for axis in AXES),
+            tuple(channel_name(self.which.sensor, axis) for axis in range(len(AXES))),
             self.p_value, self.strength, f"{where}; {r.check}",
             self.strength, r.alias, r.record, self.stated, float(chi_square_tail(square, 1)),
         )  # fmt: skip
