@@ -32,8 +32,8 @@ def two_axes(seed: int) -> Hall:
 
 
 @pytest.mark.parametrize("name", EFFECTS)
-@pytest.mark.parametrize("seed", [61, 62])
-@pytest.mark.further("seed", range(63, 71))
+@pytest.mark.parametrize("seed", [61])
+@pytest.mark.further("seed", [62, *range(63, 71)])
 @pytest.mark.parametrize("make", [two_axes, lambda seed: axes_apart(seed, 4)], ids=["lying", "upright"])
 def test_an_effect_of_all_gyros(name: str, seed: int, make: Callable[[int], Hall]) -> None:
     """Asymmetries of .04 % were a table's rate of that size beside one asymmetry, of the size of the rest."""
@@ -50,8 +50,8 @@ def test_an_effect_of_all_gyros(name: str, seed: int, make: Callable[[int], Hall
     assert [np.sign(said[f"gyro_{a}"].value) for a in "xyz"] == np.sign(sizes).tolist()
 
 
-@pytest.mark.parametrize("seed", [91, 92])
-@pytest.mark.further("seed", range(93, 99))
+@pytest.mark.parametrize("seed", [91])
+@pytest.mark.further("seed", [92, *range(93, 99)])
 def test_g_sensitivities_of_all_gyros(seed: int) -> None:
     """Beside those of two gyros the Earth's rate, in five coefficients, was what the third one has."""
     hall, rng = axes_apart(seed, 4), np.random.default_rng([seed, 7])
@@ -72,8 +72,8 @@ SQUARES: dict[str, Callable[[Array, int], Array]] = {
 
 
 @pytest.mark.parametrize("name", SQUARES)
-@pytest.mark.parametrize("seed", [73, 74])
-@pytest.mark.further("seed", range(75, 83))
+@pytest.mark.parametrize("seed", [73])
+@pytest.mark.further("seed", [74, *range(75, 83)])
 def test_an_effect_of_all_accelerometers(name: str, seed: int) -> None:
     """What six faces show of it twelve leaning faces would as well, in four times the coefficients.
 
@@ -89,7 +89,8 @@ def test_an_effect_of_all_accelerometers(name: str, seed: int) -> None:
     assert told == {(name, f"accelerometer_{a}") for a in "xyz"}
 
 
-@pytest.mark.parametrize(("seed", "size"), [(84, 2e-4), (85, 4e-4), (86, 2e-3)])
+@pytest.mark.parametrize(("seed", "size"), [(84, 2e-4), (86, 2e-3)])
+@pytest.mark.further(("seed", "size"), [(85, 4e-4)])
 @pytest.mark.parametrize("channels", [1, 3])
 def test_a_misalignment_that_grows_with_temperature_is_no_cube_of_the_input(
     seed: int, size: float, channels: int

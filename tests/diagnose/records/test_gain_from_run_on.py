@@ -18,8 +18,8 @@ FIRST = 12
 
 
 @pytest.mark.parametrize("what", ["mixed_units", "table_rate", "local_gravity"])
-@pytest.mark.parametrize("seed", [131, 132])
-@pytest.mark.further("seed", [133, 134])
+@pytest.mark.parametrize("seed", [131])
+@pytest.mark.further("seed", [132, 133, 134])
 def test_it_is_named_with_its_size(seed: int, what: str) -> None:
     """Silent where the noise had it as a spread of scale factors, or curves over days and rates."""
     hall = days(seed, 20)
@@ -57,8 +57,8 @@ def test_one_gyro_whose_scale_factor_steps_is_that_gyro(seed: int) -> None:
     assert not diagnose(hidden(read(hall, seed), "gyro", 2, step), SPEC).reference_suspects
 
 
-@pytest.mark.parametrize("seed", [141, 142])
-@pytest.mark.further("seed", [143, 144, 145])
+@pytest.mark.parametrize("seed", [141])
+@pytest.mark.further("seed", [142, 143, 144, 145])
 def test_a_table_that_turns_faster_is_no_other_unit(seed: int) -> None:
     """Leans of quick turns grow by that share too: the rows from there on were said to be another unit's."""
     hall = axes_apart(seed, 5, turns=(-400.0, -150.0, 150.0, 400.0))

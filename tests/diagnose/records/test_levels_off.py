@@ -22,8 +22,8 @@ def _shocked(table: DwellTable, run: int, seed: int, channels: int = 6, times: f
     return table
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.further("seed", [3, 4, 5])
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [2, 3, 4, 5])
 def test_a_unit_that_was_shocked_in_one_power_on(seed: int) -> None:
     """Its budgets were exceeded, and that was all: its records agree with each other."""
     hall = days(seed, 36)
@@ -76,8 +76,8 @@ def test_levels_of_wide_spreads_are_those_of_the_unit(seed: int) -> None:
     assert not found.rows_left_out
 
 
-@pytest.mark.parametrize("seed", [31, 32])
-@pytest.mark.further("seed", [33, 34])
+@pytest.mark.parametrize("seed", [31])
+@pytest.mark.further("seed", [32, 33, 34])
 def test_one_channel_that_was_shocked_beyond_any_draw(seed: int) -> None:
     """An accelerometer that was off by 20 mg in one power-on of 36 had its budget exceeded, no more."""
     hall, run = days(seed, 36), 5 + seed % 7

@@ -34,8 +34,8 @@ def _mounted_anew(seed: int) -> DwellTable:
     return read(hall, seed, felt=_turned(hall, hall.run > 20, np.ones(3)))
 
 
-@pytest.mark.parametrize("seed", [11, 12])
-@pytest.mark.further("seed", [13, 14])
+@pytest.mark.parametrize("seed", [11])
+@pytest.mark.further("seed", [12, 13, 14])
 def test_a_unit_that_is_mounted_anew_is_no_other_unit(seed: int) -> None:
     """By 0.085 deg: leans and scale factors were "of another unit", and half of the rows not judged."""
     table = _mounted_anew(seed)

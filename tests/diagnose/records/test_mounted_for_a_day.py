@@ -69,8 +69,8 @@ def test_a_unit_that_sat_otherwise_on_one_day_is_said_with_its_runs(seed: int) -
     _one_mounting(told, theta, "for runs 7 to 9, those of one day: in these it is turned")
 
 
-@pytest.mark.parametrize("seed", [405, 406])
-@pytest.mark.further("seed", [407, 408])
+@pytest.mark.parametrize("seed", [405])
+@pytest.mark.further("seed", [406, 407, 408])
 def test_a_unit_that_was_put_back_is_said_with_the_runs_between(seed: int) -> None:
     """It was crooked in three power-ons of two days: the noise had them, or a part was said from one on."""
     hall, theta = shifts(seed, 6, lambda k: k % 3 == 2), np.array([0.12, -0.2, 0.08])

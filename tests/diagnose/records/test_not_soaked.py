@@ -20,8 +20,8 @@ def _warmer(hall: Hall, by: np.ndarray) -> Hall:
     return replace(hall, temperature=hall.temperature + by * np.exp(-hall.time_on / TAU_S))
 
 
-@pytest.mark.parametrize(("seed", "by"), [(1, 18.0), (2, -12.0)])
-@pytest.mark.further(("seed", "by"), [(3, 25.0), (4, -20.0)])
+@pytest.mark.parametrize(("seed", "by"), [(1, 18.0)])
+@pytest.mark.further(("seed", "by"), [(2, -12.0), (3, 25.0), (4, -20.0)])
 def test_some_power_ons_that_were_not_soaked(seed: int, by: float) -> None:
     """Warm-ups and drifts over temperature of several channels were said of them."""
     hall = days(seed, 24)
@@ -36,8 +36,8 @@ def test_some_power_ons_that_were_not_soaked(seed: int, by: float) -> None:
     assert {int(r) for r in runs.split(", ")} <= set(np.unique(hall.run[there]).tolist())
 
 
-@pytest.mark.parametrize("seed", [11, 12])
-@pytest.mark.further("seed", [13, 14])
+@pytest.mark.parametrize("seed", [11])
+@pytest.mark.further("seed", [12, 13, 14])
 def test_set_points_that_the_unit_had_not_come_to(seed: int) -> None:
     """It comes from the room, by a share that differs from one power-on to the next."""
     hall = days(seed, 24)

@@ -32,7 +32,8 @@ def _mistaken(seed: int, layout: str, by: float) -> tuple[DwellTable, int, float
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
-@pytest.mark.parametrize(("seed", "by"), [(1, 17.0), (2, -25.0), (3, 33.0)])
+@pytest.mark.parametrize(("seed", "by"), [(1, 17.0), (2, -25.0)])
+@pytest.mark.further(("seed", "by"), [(3, 33.0)])
 def test_a_run_of_another_temperature_is_said_with_that_temperature(
     seed: int, by: float, layout: str
 ) -> None:
@@ -51,7 +52,8 @@ def test_a_run_of_another_temperature_is_said_with_that_temperature(
 
 
 @pytest.mark.parametrize("layout", [*LAYOUTS.values(), axes_apart])
-@pytest.mark.parametrize("seed", [11, 12])
+@pytest.mark.parametrize("seed", [11])
+@pytest.mark.further("seed", [12])
 def test_no_temperature_is_doubted_where_all_are_right(seed: int, layout: Callable[[int], Hall]) -> None:
     found = whole(read(layout(seed), seed))
     assert not found.reference_suspects

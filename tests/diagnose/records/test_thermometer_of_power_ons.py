@@ -38,8 +38,8 @@ def _thermometer(found: UnitDiagnosis, by: float) -> ReferenceSuspect:
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
-@pytest.mark.parametrize(("seed", "by"), [(1, 6.0), (2, -11.0)])
-@pytest.mark.further(("seed", "by"), [(3, 9.0), (4, -5.0)])
+@pytest.mark.parametrize(("seed", "by"), [(2, -11.0)])
+@pytest.mark.further(("seed", "by"), [(1, 6.0), (3, 9.0), (4, -5.0)])
 def test_from_a_power_on_on(seed: int, by: float, layout: str) -> None:
     """It was a step of a bias, a curve over days, or nothing at all, by nodes that the tables got for it."""
     hall = LAYOUTS[layout](seed)

@@ -23,8 +23,8 @@ SPEC = shipped("small_uav").spec
 DECLARED = ("bias", "scale_factor", "misalignment", "arm_bending")
 
 
-@pytest.mark.parametrize("seed", [1, 3])
-@pytest.mark.further("seed", [2, 4, 5])
+@pytest.mark.parametrize("seed", [3])
+@pytest.mark.further("seed", [1, 2, 4, 5])
 def test_a_bent_arm_leaves_nothing_beside_it(seed: int) -> None:
     table, _ = campaign(seed, fault="arm_bending", strength=2.0)
     found = diagnose(table, SPEC)

@@ -45,8 +45,8 @@ def _suspect(found: UnitDiagnosis, hypothesis: str) -> ReferenceSuspect:
 
 
 @pytest.mark.parametrize("column", [True, False])
-@pytest.mark.parametrize("seed", [81, 82])
-@pytest.mark.further("seed", [83, 84])
+@pytest.mark.parametrize("seed", [81])
+@pytest.mark.further("seed", [82, 83, 84])
 def test_a_base_leans_under_one_bench_of_two(seed: int, column: bool) -> None:
     """By the column `bench`; without it by what power-ons with turns and those without have."""
     hall = axes_apart(seed, 3)
@@ -102,8 +102,8 @@ def test_faces_of_a_fixture_that_lean_by_angles_of_their_own(seed: int) -> None:
     _suspect(diagnose(read(hall, seed, felt=replace(hall, up=up)), SPEC), "mounting")
 
 
-@pytest.mark.parametrize("seed", [101, 102])
-@pytest.mark.further("seed", [103, 104])
+@pytest.mark.parametrize("seed", [101])
+@pytest.mark.further("seed", [102, 103, 104])
 def test_a_product_of_forces_on_one_accelerometer_is_no_fixture(seed: int) -> None:
     """It is seen on that one alone, though the angles of faces would explain it there."""
     hall = days(seed, 20)
@@ -138,8 +138,8 @@ def test_the_earths_rate_is_left_out_of_turns_alone(seed: int) -> None:
     assert suspect.low < vertical < suspect.high
 
 
-@pytest.mark.parametrize("seed", [93050, 93051])
-@pytest.mark.further("seed", [93052, 93053])
+@pytest.mark.parametrize("seed", [93050])
+@pytest.mark.further("seed", [93051, 93052, 93053])
 def test_a_centrifuge_whose_rate_is_rounded(seed: int) -> None:
     """To a fifth of a deg/s, by its counter: curves over the load of all accelerometers were claimed."""
     table, _ = campaign(seed)

@@ -13,7 +13,8 @@ from tests.diagnose.hall import G, axes_apart, days, hidden, read
 from tests.diagnose.worlds import whole
 
 
-@pytest.mark.parametrize(("seed", "off"), [(11, 1e-3), (12, -2e-3), (13, 4e-4)])
+@pytest.mark.parametrize(("seed", "off"), [(11, 1e-3), (12, -2e-3)])
+@pytest.mark.further(("seed", "off"), [(13, 4e-4)])
 def test_a_table_that_is_fast_one_way(seed: int, off: float) -> None:
     hall = days(seed)
     wrong = (np.sum(hall.turn, axis=1) > 0.0)[:, None]
@@ -25,8 +26,8 @@ def test_a_table_that_is_fast_one_way(seed: int, off: float) -> None:
     assert not found.unknown
 
 
-@pytest.mark.parametrize("seed", [31, 32])
-@pytest.mark.further("seed", [33])
+@pytest.mark.parametrize("seed", [31])
+@pytest.mark.further("seed", [32, 33])
 @pytest.mark.parametrize("wrong_way", [1.0, -1.0])
 def test_an_arm_tells_which_way_the_table_is_wrong(seed: int, wrong_way: float) -> None:
     """Beside an arm that turns one way, a table wrong the other way was the asymmetry of three gyros."""

@@ -29,7 +29,8 @@ def _resting(seed: int) -> DwellTable:
     return replace(table, ref_rate=table.ref_rate - earth, gyro=table.gyro - earth)
 
 
-@pytest.mark.parametrize(("seed", "azimuth"), [(1, 0.4), (2, 2.0), (3, -1.3), (4, 0.0), (5, 1.57)])
+@pytest.mark.parametrize(("seed", "azimuth"), [(1, 0.4), (3, -1.3), (5, 1.57)])
+@pytest.mark.further(("seed", "azimuth"), [(2, 2.0), (4, 0.0)])
 def test_the_earth_s_rate_that_tumbles_lack_is_named_with_its_size(seed: int, azimuth: float) -> None:
     """It was a g-sensitivity of all three gyros, which no calibration of another bench would have again."""
     found = whole(_without_earth(seed, azimuth))
@@ -41,8 +42,8 @@ def test_the_earth_s_rate_that_tumbles_lack_is_named_with_its_size(seed: int, az
     assert suspect.unit == "deg/h"
 
 
-@pytest.mark.parametrize("seed", [11, 12])
-@pytest.mark.further("seed", [13])
+@pytest.mark.parametrize("seed", [11])
+@pytest.mark.further("seed", [12, 13])
 def test_g_sensitivities_in_tumbles_are_the_gyros(seed: int) -> None:
     table, rng = _resting(seed), np.random.default_rng(seed)
     assert table.ref_acc is not None

@@ -29,8 +29,8 @@ def test_a_name_is_owed_something_by_another_channel_that_has_it() -> None:
     assert found.alike(unnamed, [*found.library, unnamed]) == 0.0
 
 
-@pytest.mark.parametrize("seed", [11, 12])
-@pytest.mark.further("seed", range(13, 19))
+@pytest.mark.parametrize("seed", [11])
+@pytest.mark.further("seed", [12, *range(13, 19)])
 def test_three_gyros_that_drift_have_one_name(seed: int) -> None:
     """Beside what wanders within power-ons a drift is as well an exponential: each had a name for itself."""
     unit = load_spec(SHIPPED / "close_the_loop.yaml")

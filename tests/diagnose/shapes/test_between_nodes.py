@@ -20,8 +20,8 @@ from tests.diagnose.worlds import DECLARED, whole
 QUIET = Noise(2e-4, 6e-4)
 
 
-@pytest.mark.parametrize("seed", [31, 32])
-@pytest.mark.further("seed", [33])
+@pytest.mark.parametrize("seed", [31])
+@pytest.mark.further("seed", [32, 33])
 def test_a_wave_over_temperature_that_no_table_follows(seed: int) -> None:
     hall = sweeps(seed)
     wave = 2.5e-3 * np.sin(2.0 * np.pi * hall.temperature / 17.0)
@@ -31,8 +31,8 @@ def test_a_wave_over_temperature_that_no_table_follows(seed: int) -> None:
     assert not found.reference_suspects
 
 
-@pytest.mark.parametrize("seed", [34, 35])
-@pytest.mark.further("seed", [36])
+@pytest.mark.parametrize("seed", [34])
+@pytest.mark.further("seed", [35, 36])
 def test_smooth_curves_leave_nothing_to_find(seed: int) -> None:
     found = whole(read(sweeps(seed), seed, gyro=QUIET))
     assert found.verdict == "clean"
