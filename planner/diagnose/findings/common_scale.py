@@ -10,6 +10,8 @@ again,
 
     max (κ − 1.96 σ) − s <= γ <= min (κ + 1.96 σ) + s.
 
+Where that has γ = 0 every channel may be within its budget, and nothing is said of three that are large
+alike.
 κ and σ are of the declared model with every other error as large as its budget (`scale_factors`): on a table
 |f| is 1 g in every turn, a scale factor over acceleration is the scale factor over again, and free of any
 budget the two made κ −1.2 % where it was −0.3 %.
@@ -55,10 +57,10 @@ def common_scale(s: SensorFound, spec: Spec) -> ReferenceSuspect | None:
     low = float((kappa - TWO_SIDED * sigma).max()) - size
     high = float((kappa + TWO_SIDED * sigma).min()) + size
     p = uniform_mean_tail(abs(mean) / size, len(kappa), of_mean / size)
-    if p >= ALPHA_REFERENCE or low > high or abs(mean) > TOLD * _known_to(s, block):
+    if p >= ALPHA_REFERENCE or low > high or low <= 0.0 <= high or abs(mean) > TOLD * _known_to(s, block):
         return None
     r, stated = REFERENCES[s.found.pool.blocks[block].name], s.found.pool.blocks[block].stated
-    least = max(min(abs(low), abs(high)), 0.0) if low * high > 0.0 else 0.0
+    least = min(abs(low), abs(high))
     return ReferenceSuspect(
         hypothesis=r.name,
         value=min(max(mean, low), high),

@@ -15,8 +15,8 @@ import numpy as np
 
 from planner import catalog
 from planner.diagnose.channels.channel import Channel
+from planner.diagnose.references import tilt_in_turns
 from planner.diagnose.references.bench_directions import (
-    UNLOADED,
     at_rest,
     horizontal,
     loaded,
@@ -112,30 +112,30 @@ def hypothesis(name: str) -> Effect | Reference:
 
 
 def _base_tilt(c: Channel, table: DwellTable, place: float) -> Array:
-    """At rest the tilt leans gravity; a turn averages that out, all but its part along a level axis.
-
-    Which way that axis points on the base no record says: it has a coefficient of its own per body axis.
-    """
+    """At rest the tilt leans gravity; of a turn, what it does not average out (`tilt_in_turns`)."""
     conditions = c.model.conditions
-    north, east = horizontal(conditions)
-    here = on_bench(table, place)
-    still = (at_rest(conditions) & here)[:, None]
-    size = np.linalg.norm(conditions.rate, axis=1, keepdims=True)
-    level = (np.linalg.norm(conditions.specific_force, axis=1) < UNLOADED * STANDARD_GRAVITY_MPS2)[:, None]
-    turns = (turning(conditions) & here)[:, None] & level
-    axis = np.where(turns, conditions.rate, 0.0) / np.where(size > 0, size, 1.0)
-    along = [np.abs(axis[:, [k]]) * np.eye(3)[k] for k in range(3)]
-    return through_the_unit(c, [STANDARD_GRAVITY_MPS2 * v for v in (still * north, still * east, *along)])
+    here = on_bench(table, place)[:, None]
+    still = at_rest(conditions)[:, None]
+    parts = place == tilt_in_turns.PARTS or (place >= ON_BENCH and _parted(table, tilt_in_turns.LARGE))
+    turned = tilt_in_turns.tilted_turns(conditions, table.duration, parts)
+    each = [still * v for v in horizontal(conditions)] + turned
+    return through_the_unit(c, [STANDARD_GRAVITY_MPS2 * here * v for v in each])
 
 
 def _hardly_seen(table: DwellTable) -> tuple[Array, Array]:
-    """Bounds of the five coefficients: a base that leans by more is seen to lean."""
-    return np.full(5, -MOST_TILT), np.full(5, MOST_TILT)
+    """Bounds of the coefficients: a base that leans by more is seen to lean."""
+    many = 2 + tilt_in_turns.COLUMNS
+    return np.full(many, -MOST_TILT), np.full(many, MOST_TILT)
 
 
 def _bases(table: DwellTable) -> Sequence[float]:
-    """All rests, or those on one of several benches."""
-    return (0.0, *(ON_BENCH + k for k in range(len(rows_by_bench(table)))))
+    """All rests, those and parts of turns, or what is on one of several benches."""
+    parts = (tilt_in_turns.PARTS,) if _parted(table, tilt_in_turns.LEAST) else ()
+    return (0.0, *parts, *(ON_BENCH + k for k in range(len(rows_by_bench(table)))))
+
+
+def _parted(table: DwellTable, least: float) -> bool:
+    return tilt_in_turns.parts_of_turns(table.conditions(), table.duration, least)
 
 
 def _local_gravity(c: Channel, table: DwellTable, place: float) -> Array:
@@ -207,7 +207,7 @@ REFERENCES: Mapping[str, Reference] = {
             "base_tilt",
             ("accelerometer",),
             "deg",
-            ("north", "east", "", "", ""),
+            ("north", "east", *tilt_in_turns.COLUMNS * ("",)),
             _base_tilt,
             "level the table's base, or measure its tilt with a level and enter it in the reference",
             stated=lambda accuracy: accuracy.level,
