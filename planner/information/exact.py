@@ -72,14 +72,9 @@ class Foreseen:
         return max(self.families, key=lambda f: self.families[f][requirement])
 
 
-def foreseen(
-    flight: Flight, steps: Sequence[Step], draws: int = FLIGHTS, families: Sequence[str] | None = None
-) -> Foreseen:
-    """The promise of the campaign that these steps make of one unit.
-
-    draws: flights for a quantile; families: under which, None: under all
-    """
-    return foreseen_of(flight, _made(flight, steps), draws, families)
+def foreseen(flight: Flight, steps: Sequence[Step], draws: int = FLIGHTS) -> Foreseen:
+    """The promise of the campaign that these steps make of one unit; draws: flights for a quantile."""
+    return foreseen_of(flight, _made(flight, steps), draws)
 
 
 def unseen(flight: Flight, visits: Sequence[TestVisits]) -> Foreseen:
@@ -104,11 +99,9 @@ def quickly(flight: Flight, promise: Promise, counts: Array) -> Foreseen:
     )
 
 
-def foreseen_of(
-    flight: Flight, made: Campaign, draws: int = FLIGHTS, families: Sequence[str] | None = None
-) -> Foreseen:
+def foreseen_of(flight: Flight, made: Campaign, draws: int = FLIGHTS) -> Foreseen:
     """The promise of a campaign on the spec's flights; arguments as of `foreseen`."""
-    promise, counts, flown, days = _promised(flight, made, families)
+    promise, counts, flown, days = _promised(flight, made)
     wanted = promise.asked
     figures = np.empty((len(promise.families), len(wanted)))
     if squares := [k for k, a in enumerate(wanted) if a.share is None]:
@@ -151,28 +144,23 @@ def _made(flight: Flight, steps: Sequence[Step]) -> Campaign:
     return campaign_of(flight.spec, runs, flight.curves)
 
 
-def _promised(
-    flight: Flight, made: Campaign, families: Sequence[str] | None = None
-) -> tuple[Promise, Array, Flight, float]:
+def _promised(flight: Flight, made: Campaign) -> tuple[Promise, Array, Flight, float]:
     """The model of a campaign, its counts (1, g) in it, the flight on its day, and how long it is after."""
     span = float(made.runs.on_day.max(initial=0.0))
     days, flight = flight.in_store(span), flight.after(span)
     wanted = asked_of(flight, exact=True, days=days)
-    kinds = _kinds(flight, made, families).together(made.runs.counts)
+    kinds = _kinds(flight, made).together(made.runs.counts)
     promise = promise_of(flight, kinds, wanted)
-    promise = promise if families is None else promise.among(families)
     return promise, np.ones((1, len(kinds.kinds))), flight, days
 
 
-def _kinds(flight: Flight, made: Campaign, families: Sequence[str] | None) -> Kinds:
+def _kinds(flight: Flight, made: Campaign) -> Kinds:
     """Every power-on of the campaign that is unlike the others as a kind of its own."""
     runs = made.runs
     degc = np.round(runs.conditions.temperature_degc[runs.starts], 6)
     bench = [""] * len(degc) if runs.bench is None else runs.bench[runs.starts]
     kinds = tuple(Kind("", float(t), str(b)) for t, b in zip(degc, bench, strict=True))
     slopes = flight.curves.slopes_by_family(runs.conditions.temperature_degc)
-    if families is not None:
-        slopes = {name: own for name, own in slopes.items() if name in families}
     return Kinds(kinds, tuple(channel_kinds(c, slopes) for c in made.channels.values()))
 
 
