@@ -26,7 +26,13 @@ from planner.plan.by_hand import (
     temperatures_of,
 )
 from planner.plan.unobservable_to_remedy import Remedy, also_at, remedy_of
-from planner.plan.unobservable_words import degrees, fault_of, hidden_by_noise, named_once
+from planner.plan.unobservable_words import (
+    degrees,
+    fault_of,
+    hidden_by_noise,
+    hidden_by_references,
+    named_once,
+)
 from planner.plan.visits_to_observability import ENOUGH, Visits, asked_errors, campaign_of, unobservable_in
 from planner.protocols import SENSORS
 from planner.spec.even_points import even_points
@@ -188,9 +194,36 @@ def _faults(
     assert made is not None  # something was found in it
     for error in named_once(found):
         own = [u for u in found if u.error == error]
+        if err := _that_err(spec, visits, error, largest):
+            yield hidden_by_references(spec, own, err)
+            continue
         said = fault_of(spec, made.runs, own, remedy_of(spec, visits, own[0]))
         longer = _longer(spec, visits, error, largest)
         yield said if longer is None else said + hidden_by_noise(error, longer)
+
+
+def _that_err(spec: Spec, visits: Visits, error: ErrorName, largest: bool) -> list[str]:
+    """The stated accuracies behind which an error hides: each alone, or else all; none where it does not."""
+
+    def tells(better: Spec) -> bool:
+        return all(u.error != error for u in unobservable_in(better, visits, largest=largest))
+
+    stated = [
+        (bench, key)
+        for bench, one in spec.benches.items()
+        for key in type(one.accuracy).model_fields
+        if getattr(one.accuracy, key) > 0.0
+    ]
+    if not stated or not tells(_with_perfect_references(spec)):
+        return []
+    alone = [one for one in stated if tells(_with_perfect(spec, *one))]
+    return [f"benches.{bench}.accuracy.{key}" for bench, key in alone or stated]
+
+
+def _with_perfect(spec: Spec, bench: str, key: str) -> Spec:
+    accuracy = spec.benches[bench].accuracy.model_copy(update={key: 0.0})
+    better = spec.benches[bench].model_copy(update={"accuracy": accuracy})
+    return spec.model_copy(update={"benches": {**spec.benches, bench: better}})
 
 
 def _longer(spec: Spec, visits: Visits, error: ErrorName, largest: bool) -> int | None:

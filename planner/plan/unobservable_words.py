@@ -39,14 +39,33 @@ def fault_of(spec: Spec, runs: PowerOns, found: Sequence[Unobservable], remedy: 
     20 degC: the specific force along z is 1 g only; make faces at -60 and 20 degC too`
     """
     error, first = found[0].error, found[0]
-    tests = [name for name, test in spec.tests.items() if error in test.calibrates]
+    begin, terms = _asked_for(spec, found)
     partners = tuple(dict.fromkeys(p for u in found for p in u.partners))
-    terms = ", ".join(dict.fromkeys(u.term for u in found))
-    what = f"cannot tell {error} ({terms})" + (f" from {listed(partners)}" if partners else " at all")
+    what = f"cannot tell {error}{terms}" + (f" from {listed(partners)}" if partners else " at all")
     where = "" if first.everywhere else f" at {degrees(first.nodes_degc)}"
     asked = next((p for p in (error, *map(ErrorName, partners)) if catalog.effects()[p.effect].needs), error)
     seen, advice = excitation(asked, first.channel, first.term, _at(runs, first), partners)
-    return f"tests.{listed(tests)}: the records {what}{where}: {seen}; {_advice(spec, remedy, advice)}"
+    return f"{begin} {what}{where}: {seen}; {_advice(spec, remedy, advice)}"
+
+
+def _asked_for(spec: Spec, found: Sequence[Unobservable]) -> tuple[str, str]:
+    """(`tests.faces: the records`, ` (x, z)`) of one error's terms."""
+    tests = [name for name, test in spec.tests.items() if found[0].error in test.calibrates]
+    return f"tests.{listed(tests)}: the records", f" ({', '.join(dict.fromkeys(u.term for u in found))})"
+
+
+def hidden_by_references(spec: Spec, found: Sequence[Unobservable], stated: Sequence[str]) -> str:
+    """One error behind what its references may be off by; stated: the keys that say so.
+
+    `tests.rates: the records cannot tell gyro.scale_factor (x) better than its budget does:
+    benches.table.accuracy.rate is in the way; calibrate it on a more accurate bench, or …`
+    """
+    error, (begin, end) = found[0].error, _asked_for(spec, found)
+    verb = "are" if len(stated) > 1 else "is"
+    return (
+        f"{begin} cannot tell {error}{end} better than its budget does: {listed(stated)} {verb} in the way; "
+        f"calibrate it on a more accurate bench, or take it out of calibrates"
+    )
 
 
 def hidden_by_noise(error: ErrorName, longer: int) -> str:

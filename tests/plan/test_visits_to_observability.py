@@ -147,6 +147,21 @@ def test_a_cubic_error_needs_several_speeds() -> None:
     assert passes(cubic(rates__motions=12))
 
 
+@pytest.mark.parametrize("rate", ["5 %", "20 ppm"])
+def test_an_error_behind_what_the_table_may_be_off_by_asks_for_another_bench(rate: str) -> None:
+    """It asked for turns at several speeds, of which there were two."""
+    spec = edited()
+    spec["benches"]["rate_table"]["accuracy"] = {"rate": rate, "level": "0.001 deg"}
+    if rate == "20 ppm":
+        assert passes(spec)
+        return
+    message = refusal(spec)
+    assert "tests.rates: the records cannot tell gyro.scale_factor (x, y, z) better" in message
+    assert "benches.rate_table.accuracy.rate is in the way" in message
+    assert "level" not in message
+    assert "speeds" not in message
+
+
 def test_every_axis_must_be_turned() -> None:
     spins = [
         {"position_2": "0 deg", "rate_1": "100 deg/s"},

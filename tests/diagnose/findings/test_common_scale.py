@@ -9,7 +9,12 @@ import pytest
 
 from planner.diagnose.channels.prepared import prepared
 from planner.diagnose.dwells_to_diagnosis import diagnose
-from planner.diagnose.findings.common_scale import common_scale, uniform_mean_tail, untold_scale
+from planner.diagnose.findings.common_scale import (
+    common_scale,
+    scale_factors,
+    uniform_mean_tail,
+    untold_scale,
+)
 from planner.diagnose.search.sensor import SensorFound, diagnose_sensor
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Sensor
@@ -56,6 +61,19 @@ def test_scale_factors_within_their_budget_make_no_suspect(seed: int, sensor: Se
     untold = untold_scale(found)
     assert untold is not None
     assert "would tell" in untold.why
+
+
+def test_three_that_are_large_alike_and_within_their_budget_make_no_suspect() -> None:
+    """The table's rate was 1.08 %, "p < 0.001", and its interval -0.05 … 2.2 %: once in a thousand units."""
+    one = off(93009, "gyro", 0.0)
+    kappa, _ = scale_factors(one, SPEC.unit.gyro)
+    table, _ = campaign(93009, centrifuge=False)
+    assert table.gyro is not None
+    near = 0.0049 - kappa  # of ± 0.5 %
+    three = searched(replace(table, gyro=table.gyro * (1.0 + near)), "gyro")
+    known, _ = scale_factors(three, SPEC.unit.gyro)
+    assert uniform_mean_tail(float(known.mean()) / 0.005, 3) < 1e-3
+    assert common_scale(three, SPEC) is None
 
 
 def test_one_channel_out_of_its_budget_is_no_reference() -> None:
