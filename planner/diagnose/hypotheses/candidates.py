@@ -116,9 +116,16 @@ def _of_reference(
 ) -> Block:
     columns = {c.axis: r.columns(c, table, place) for c in channels}
     count = next(iter(columns.values())).shape[1]
-    terms = r.terms or tuple(str(k + 1) for k in range(count))
+    terms = _asked(r, columns) or tuple(str(k + 1) for k in range(count))
     bounds = r.bounds(table) if r.bounds is not None else None
     return Block(r.name, sensor, columns, terms, reference=True, place=place, bounds=bounds, narrow=r.narrow)
+
+
+def _asked(r: Reference, columns: Mapping[int, Array]) -> tuple[str, ...]:
+    """The names of its coefficients: of those sets that tell its size the first with the most that act."""
+    acts = np.any([np.sum(x**2, axis=0) > UNSEEN for x in columns.values()], axis=0)
+    sets = (r.terms, *r.or_else)
+    return max(sets, key=lambda names: sum(bool(n) and bool(a) for n, a in zip(names, acts, strict=False)))
 
 
 def lasts(effect: Effect, table: DwellTable) -> bool:

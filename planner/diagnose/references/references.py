@@ -63,6 +63,7 @@ class Reference:
     """A hypothesis about a reference; what a search asks of an effect it can ask of one of these.
 
     terms: its coefficients, shared by the channels, "" of one that nobody asks for; none: one for each column
+    or_else: other ones that tell its size, where no record has those
     columns: (channel, table, place) -> (n, k)
     places: table -> where it may act, one block each (a threshold, a bench, a lag)
     bounds: table -> the least and the most of each coefficient (k,), SI, by what the rest of it says
@@ -82,6 +83,7 @@ class Reference:
     terms: tuple[str, ...]
     columns: Columns
     check: str
+    or_else: tuple[tuple[str, ...], ...] = ()
     stated: Callable[[BenchAccuracy], float] = lambda accuracy: 0.0
     places: Callable[[DwellTable], Sequence[float]] = lambda table: (0.0,)
     bounds: Callable[[DwellTable], tuple[Array, Array]] | None = None
@@ -124,7 +126,7 @@ def _base_tilt(c: Channel, table: DwellTable, place: float) -> Array:
 
 def _hardly_seen(table: DwellTable) -> tuple[Array, Array]:
     """Bounds of the coefficients: a base that leans by more is seen to lean."""
-    many = 2 + tilt_in_turns.COLUMNS
+    many = len(tilt_in_turns.AT_REST)
     return np.full(many, -MOST_TILT), np.full(many, MOST_TILT)
 
 
@@ -207,9 +209,10 @@ REFERENCES: Mapping[str, Reference] = {
             "base_tilt",
             ("accelerometer",),
             "deg",
-            ("north", "east", *tilt_in_turns.COLUMNS * ("",)),
+            tilt_in_turns.AT_REST,
             _base_tilt,
             "level the table's base, or measure its tilt with a level and enter it in the reference",
+            or_else=tilt_in_turns.IN_TURNS,
             stated=lambda accuracy: accuracy.level,
             places=_bases,
             bounds=_hardly_seen,

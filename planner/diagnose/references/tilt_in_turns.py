@@ -35,6 +35,11 @@ UPRIGHT = 0.98  # of g along the axis of a turn
 LEAST = 0.02  # of a turn's axis along a body axis, or of s: of less nothing is seen
 PARTS = 1.0  # the place that has what turns leave of s; of others those of one bench, where it is LARGE
 LARGE = 0.1
+AT_REST = ("north", "east", *COLUMNS * ("",))  # the coefficients by which a lean is told
+IN_TURNS = tuple(  # … where nothing rests: a pair of those of one axis
+    tuple(("one", "other")[k - pair] if k in (pair, pair + 1) else "" for k in range(2 + COLUMNS))
+    for pair in range(2, 2 + COLUMNS, 2)
+)
 
 
 def parts_of_turns(conditions: Conditions, duration: Array, least: float = LEAST) -> bool:
