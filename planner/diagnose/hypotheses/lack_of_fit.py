@@ -15,6 +15,7 @@ import numpy as np
 from planner.diagnose.hypotheses.found import (
     ALPHA_UNKNOWN,
     SINGLE,
+    TIE,
     Found,
     Question,
     best_of,
@@ -312,8 +313,9 @@ def _unknown(found: Found, lacking: Sequence[int], question: Question) -> None:
     every = free(found.pool, on(found.pool, question.generic, axes), found.unknown)
     scores = {g: score(here, [g]).criterion for g in every}
     best = simplest(found.pool, scores)
-    if mine and score(here, mine).criterion >= scores[best]:
-        # the library was right, and something comes on top
+    if mine and score(here, mine).criterion >= scores[best] - TIE:
+        # the library was right, and something comes on top: on two days bins of them are an ageing, but for
+        # what rounding leaves of either
         left = found.without()
         found.unknown.append(max(lacking, key=lambda g: score(left, [g]).criterion))
         return
