@@ -160,8 +160,9 @@ def cubic_products(c: Channel, table: DwellTable) -> list[Array]:
     They are nothing on six faces, and odd: no product of two forces, no curve along one axis and no bin of
     the six ways up has them, so that an error of this kind was a few records off by themselves, or noise.
     Of an accelerometer they are clear of what a lean of its own does. On an arm whose axis always points up
-    f_j² f_k is the square of the load: beside loads those are asked that are no product of two forces. They
-    stand together, as products of two do: one of seven alone would be chosen before a true one of those.
+    f_j² f_k is the square of the load: beside loads they are asked where one of them is no product of two
+    forces. They stand together, as products of two do: one of seven alone would be chosen before a true one
+    of those, and without those that are half a product of two such a one was named, and the rest unknown.
     """
     along = c.model.conditions.specific_force / STANDARD_GRAVITY_MPS2
     loaded = bool(np.any(np.linalg.norm(along, axis=1) * STANDARD_GRAVITY_MPS2 > _LOADED))
@@ -174,10 +175,17 @@ def cubic_products(c: Channel, table: DwellTable) -> list[Array]:
         return np.column_stack([np.ones(len(f)), f, *two, *three, np.prod(f, axis=1)])
 
     every = np.asarray(over_records(products, c.model.conditions))
-    known, least = orthonormal(every[:, : 10 if loaded else linear]), OF_ITSELF if loaded else A_CORNER
-    tilted = [x[:, None] for x in every[:, 10:].T if _leanings(x) >= TILTED]
-    kept = [x for x in tilted if np.linalg.norm(clear(known, x)) > least * np.linalg.norm(x)]
-    return [np.concatenate(kept, axis=1)] if kept else []
+    tilted = every[:, [10 + k for k, x in enumerate(every[:, 10:].T) if _leanings(x) >= TILTED]]
+    kept = tilted[:, _own_share(every[:, :linear], tilted) > A_CORNER]
+    if loaded and not np.any(_own_share(every[:, :10], kept) > OF_ITSELF):
+        return []
+    return [kept] if kept.shape[1] else []
+
+
+def _own_share(known: Array, columns: Array) -> Array:
+    """(k,) of the length of columns (n, k) that what is known (n, m) leaves."""
+    left = np.linalg.norm(clear(orthonormal(known), columns), axis=0)
+    return np.asarray(left / np.linalg.norm(columns, axis=0))
 
 
 def force_before(c: Channel, table: DwellTable) -> list[Array]:
