@@ -122,6 +122,20 @@ def test_misalignments_of_every_power_on_are_no_noise_of_every_record(seed: int)
 
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.further("seed", range(3, 8))
+def test_a_scale_factor_of_every_power_on_multiplies_the_misaligned_input(seed: int) -> None:
+    """Its product with the lean of the axes was a misalignment that every power-on draws, of all channels."""
+    hall, axis = days(seed, POWER_ONS), seed % 3
+    table = read(hall, seed, gyro=Noise(1e-4, 1e-3, 0.0))
+    assert table.gyro is not None
+    drawn = 5e-4 * np.random.default_rng([seed, 33]).normal(size=(POWER_ONS, 3))
+    of_each = drawn[np.unique(hall.run, return_inverse=True)[1]]
+    sizes = _sizes(replace(table, gyro=(1.0 + of_each) * table.gyro, acc=None), axis)
+    assert sizes["run_to_run_scale_factor"] == pytest.approx(5e-4, rel=0.6)
+    assert not {drawn_name(LEANS, k) for k in (1, 2)} & set(sizes)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.further("seed", range(3, 8))
 def test_coefficients_of_the_budget_that_every_power_on_draws_are_no_process(seed: int) -> None:
     """They were noise of every record that grows with the rate, or a scale factor that wanders."""
     sizes = _sizes(_on_the_arm(seed), seed % 3, HIGH_G)
