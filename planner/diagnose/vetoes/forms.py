@@ -23,7 +23,7 @@ import numpy as np
 from planner.diagnose.channels.channel import Channel
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.found import Found, Question, best_of, free, on
-from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, LEAST, along
+from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, LEAST, along, simplest
 from planner.diagnose.hypotheses.pool import Pool, given, inverse, pool_of
 from planner.diagnose.hypotheses.scores import Score, score
 from planner.diagnose.references.references import hypothesis
@@ -263,23 +263,23 @@ def _instead(found: Found, b: int, axis: int, question: Question) -> None:
     if max(unnamed.values(), default=0.0) < score(without, [b]).criterion:
         # no bins explain as much as the name does: only those along its own variable say what it said
         unnamed = {g: c for g, c in unnamed.items() if along(pool, b) in pool.blocks[g].name.split("_and_")}
-    variable = max(unnamed, key=lambda g: unnamed[g], default=None)
-    if variable is None or unnamed[variable] < DECISIVE:
+    most = max(unnamed.values(), default=0.0)
+    if most < DECISIVE:
         return
     second, gain = _second(found, axis, question)
-    if second is not None and gain > 0.0 and score(without, [b]).criterion + gain > unnamed[variable]:
+    if second is not None and gain > 0.0 and score(without, [b]).criterion + gain > most:
         found.library.append(second)
         found.stood_for[pool.blocks[second].key] = DEPARTS
         found.refine(question)
         return
     other = _another(found, b, axis, question, without)
-    if other is not None and score(without, [other]).criterion > unnamed[variable]:
+    if other is not None and score(without, [other]).criterion > most:
         found.library[found.library.index(b)] = other
         found.stood_for[pool.blocks[other].key] = DEPARTS
         return
     found.library.remove(b)
     found.aliased.discard(pool.blocks[b].key)
-    found.unknown.append(variable)
+    found.unknown.append(simplest(pool, unnamed))
     found.drop_needless(found.chance(question))
 
 

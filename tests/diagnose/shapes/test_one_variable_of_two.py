@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
 
@@ -12,8 +13,8 @@ from planner.diagnose.channels.prepared import prepared
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, simplest
 from planner.diagnose.hypotheses.pool import Pool
 from planner.diagnose.search.sensor import diagnose_sensor
-from tests.diagnose.hall import FACES, RATES, Hall, Log, hidden, read
-from tests.diagnose.worlds import DECLARED, named, unnamed
+from tests.diagnose.hall import FACES, RATES, Hall, Log, axes_apart, hidden, read
+from tests.diagnose.worlds import DECLARED, named, told_on_y, unnamed
 
 
 def _of(*names: str) -> Pool:
@@ -58,3 +59,15 @@ def test_nothing_drifts_where_nothing_does(seed: int) -> None:
     table = read(_in_any_order(seed), seed)
     found = diagnose_sensor(prepared(table), "gyro", DECLARED, seed).found
     assert not found.all
+
+
+@pytest.mark.parametrize(("seed", "from_dps", "to_dps"), [(8, 120.0, 240.0), (3, 0.0, 60.0)])
+def test_where_no_name_holds_one_variable_stands_before_two(
+    seed: int, from_dps: float, to_dps: float
+) -> None:
+    """A rate that saturates, or sticks, in turns that grow with the time went with both."""
+    turns = tuple(sign * size for size in (20.0, 60.0, 120.0, 180.0, 240.0) for sign in (1.0, -1.0))
+    hall = axes_apart(seed, 3, turns)
+    size = (np.clip(np.abs(hall.turn[:, 1]), from_dps, to_dps) - from_dps) / (to_dps - from_dps)
+    table = hidden(replace(read(hall, seed), acc=None), "gyro", 1, 1e-3 * np.sign(hall.turn[:, 1]) * size)
+    assert told_on_y(table, "gyro", seed) == (set(), {"rate"})
