@@ -29,6 +29,8 @@ SMALL_RATES = (0.02, 0.1, 0.4)  # of the largest rate: up to where a gyro locks 
 LEAST_RATES = 8  # different ones, fewer of which bins follow as well
 A_RATE = float(np.radians(1.0))  # by which rates differ; the Earth turns 240 times slower
 A_BEND = 3  # nodes of temperature, fewer of which show none
+LEVEL_RATE = float(np.radians(1e-3))  # of the Earth's 4.2e-3 deg/s, from which it names a north
+LEAST_HEADINGS = 7  # different parts of north along a body axis, of 21 from −1 to 1
 A_LEANING = 0.1  # of g, by which attitudes differ along an axis
 LEAST_LEANINGS = 7  # different ones along an axis, fewer of which a few powers follow as well
 A_CORNER = 0.02  # of the largest column, below which one has no more than leans and rounding
@@ -109,6 +111,23 @@ def rate_under_load(c: Channel, table: DwellTable) -> list[Array]:
     if c.sensor != "gyro" or not np.any(np.linalg.norm(force, axis=1) > _LOADED):
         return []
     return [_turning(c)[:, None] * force]
+
+
+def heading_at_rest(c: Channel, table: DwellTable) -> list[Array]:
+    """(n, 3) where north lies in the level of a gyro's rests, in body axes: what a magnetic field does to it.
+
+    Of headings in between no bin of the six ways has the sine. Where north lies along a body axis in every
+    rest these bins are as good, and on six faces such a one is a square of the force.
+    """
+    rate, force = c.model.conditions.rate, c.model.conditions.specific_force
+    up = force / np.maximum(np.linalg.norm(force, axis=1, keepdims=True), 1e-9)
+    level = rate - up * np.sum(up * rate, axis=1, keepdims=True)
+    size = np.linalg.norm(level, axis=1)
+    rests = (np.linalg.norm(rate, axis=1) < A_RATE) & (size > LEVEL_RATE)
+    north = level * (rests / np.where(rests, size, 1.0))[:, None]
+    if c.sensor != "gyro" or max(_leanings(x) for x in north.T) < LEAST_HEADINGS:
+        return []
+    return [north]
 
 
 def leaning(c: Channel, table: DwellTable) -> list[Array]:
@@ -292,6 +311,7 @@ MAKERS: Mapping[str, Callable[[Channel, DwellTable], list[Array]]] = {
     "time_on_and_specific_force": lambda c, table: input_over_time(c, table) if c.sensor != "gyro" else [],
     "rate": lambda c, table: [*odd_courses(c, table), *(play(c, table) if c.sensor == "gyro" else [])],
     "rate_and_specific_force": rate_under_load,
+    "orientation": heading_at_rest,
     "temperature": leaning,
     "day_and_specific_force": force_over_days,
     "specific_force": lambda c, table: [
