@@ -141,9 +141,13 @@ def cut_chains(found: Found, question: Question) -> None:
             continue
         before = on(found.pool, found.unknown, {axis})
         here = found.without(*mine, *before)
-        best = max(unnamed, key=lambda g: delta(here, [g]))
-        both = delta(here, [*mine, best])
-        if delta(here, [best]) >= ONE_VARIABLE * both and not _tells_all(found, here, mine, best, question):
+        together = {g: delta(here, [*mine, g]) for g in unnamed}
+        enough = [g for g in unnamed if delta(here, [g]) >= ONE_VARIABLE * together[g]]
+        if not enough:
+            continue
+        best = simplest(found.pool, {g: score(here, [g]).criterion for g in enough})
+        both = together[best]
+        if not _tells_all(found, here, mine, best, question):
             found.stands_for(best, mine, question)
             found.unknown = [*(u for u in found.unknown if u not in before), best]
             _only_what_counts(found, best, mine, both)
