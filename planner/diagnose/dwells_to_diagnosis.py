@@ -30,6 +30,7 @@ from planner.diagnose.records.temperature_of_before import temperature_of_before
 from planner.diagnose.references.thermometer_offset import untold_offset
 from planner.diagnose.search.sensor import SensorFound
 from planner.diagnose.shapes.generic import variable_of
+from planner.diagnose.vetoes.refusals import SURE
 from planner.effects._shaped import plain_names
 from planner.errors import InputError
 from planner.nouns.diagnosis import (
@@ -47,7 +48,6 @@ from planner.protocols import Sensor
 from planner.spec.model import Spec
 
 AGAIN = 2  # searches, of what explains a channel instead of an effect that the fit leaves nothing of
-SURE = 5.0  # sigma, at which a variable is told although its effect is not
 UNSURE = "fitted with all that is declared, it is no surer than chance among as many effects as were asked"
 LEAST_ROWS = 8  # a channel has about as many declared coefficients at one temperature
 

@@ -73,6 +73,7 @@ class BaseEffect:
     tabled = False
     bench_only = False
     misfit = 0.0
+    one_scale = False  # of the bench: whether it is off by the same share on every channel
     history = (
         False  # whether a row's regressors depend on the rows before it, which stand in the order of time
     )

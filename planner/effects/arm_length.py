@@ -31,6 +31,7 @@ class ArmLength(BaseEffect):
     equation = "y += k × the load across the axis of the turn"
     source = "K 3.1: K_R = a by gravity / a by rotation"
     bench_only = True
+    one_scale = True
 
     def terms(self, sensor: Sensor) -> tuple[Term, ...]:
         """One for all channels."""

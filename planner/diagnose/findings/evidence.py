@@ -119,7 +119,10 @@ def _variances(w: Whitened, whole: Channel, data: Prepared) -> tuple[Array, Arra
     usual = np.where(data.table.duration > 0, data.table.duration, 1.0).mean()
     own = theta["white"] * usual / duration + theta.get("constant", 0.0)
     own = own + theta.get(RATE_NOISE, 0.0) * whole.u**2 + theta.get(CROSS_NOISE, 0.0) * whole.across**2
-    drawn = drawn_of_power_ons(whole, w.noise.drawn) | {IN_RUN: np.ones(len(own)), IN_RUN_SCALE: whole.u}
+    drawn = drawn_of_power_ons(whole, w.noise.drawn, len(w.noise.starts)) | {
+        IN_RUN: np.ones(len(own)),
+        IN_RUN_SCALE: whole.u,
+    }
     shared = [np.sqrt(theta[name]) * z for name, z in drawn.items() if name in theta]
     return own, np.array(shared).reshape(-1, len(own))
 

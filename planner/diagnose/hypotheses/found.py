@@ -19,7 +19,7 @@ from planner.diagnose.hypotheses.foreseen import as_foreseen
 from planner.diagnose.hypotheses.one_temperature import odds_at_one_temperature
 from planner.diagnose.hypotheses.pool import Pool, given
 from planner.diagnose.hypotheses.scores import Score, chance_of, delta, nulls_of, score
-from planner.diagnose.references.references import REFERENCES, hypothesis
+from planner.diagnose.references.references import ONE_SCALE, REFERENCES, hypothesis
 
 ALPHA = 0.01  # false claims per sensor, of three channels, where nothing else is believed
 ALPHA_FURTHER = 0.002  # beside what is believed, whose misfit looks like more
@@ -216,14 +216,17 @@ class Found:
     def may_be(self, block: int, *instead: int) -> bool:
         """Whether several channels see what the bench has and agree, as the rest of the table says it is.
 
-        Of an effect of the library, whose geometry is known roughly, no agreement is asked, and in the place
-        of another it may be what the others are as well. instead: believed ones whose place it takes
+        Of an effect of the library whose geometry is known roughly no agreement is asked, and in the place of
+        another it may be what the others are as well; but an arm is as much longer for every channel, and a
+        reading in steps of one of them was its length. instead: believed ones whose place it takes
         """
         b = self.pool.blocks[block]
         if len(b.columns) == 1:
             return True
         here = self.without(block, *instead)
         if not b.reference:
+            if getattr(hypothesis(b.name), "one_scale", False) and channels_disagree(here, block, ONE_SCALE):
+                return False
             return bool(instead) or not others_have_their_own(self.pool, here, block)
         if others_have_their_own(self.pool, here, block):
             return False

@@ -15,6 +15,7 @@ import numpy as np
 from planner.diagnose.hypotheses.found import (
     ALPHA_UNKNOWN,
     SINGLE,
+    TIE,
     Found,
     Question,
     best_of,
@@ -140,9 +141,13 @@ def cut_chains(found: Found, question: Question) -> None:
             continue
         before = on(found.pool, found.unknown, {axis})
         here = found.without(*mine, *before)
-        best = max(unnamed, key=lambda g: delta(here, [g]))
-        both = delta(here, [*mine, best])
-        if delta(here, [best]) >= ONE_VARIABLE * both and not _tells_all(found, here, mine, best, question):
+        together = {g: delta(here, [*mine, g]) for g in unnamed}
+        enough = [g for g in unnamed if delta(here, [g]) >= ONE_VARIABLE * together[g]]
+        if not enough:
+            continue
+        best = simplest(found.pool, {g: score(here, [g]).criterion for g in enough})
+        both = together[best]
+        if not _tells_all(found, here, mine, best, question):
             found.stands_for(best, mine, question)
             found.unknown = [*(u for u in found.unknown if u not in before), best]
             _only_what_counts(found, best, mine, both)
@@ -312,8 +317,9 @@ def _unknown(found: Found, lacking: Sequence[int], question: Question) -> None:
     every = free(found.pool, on(found.pool, question.generic, axes), found.unknown)
     scores = {g: score(here, [g]).criterion for g in every}
     best = simplest(found.pool, scores)
-    if mine and score(here, mine).criterion >= scores[best]:
-        # the library was right, and something comes on top
+    if mine and score(here, mine).criterion >= scores[best] - TIE:
+        # the library was right, and something comes on top: on two days bins of them are an ageing, but for
+        # what rounding leaves of either
         left = found.without()
         found.unknown.append(max(lacking, key=lambda g: score(left, [g]).criterion))
         return

@@ -266,7 +266,7 @@ def _judged(given: Readings) -> Judged:
     few = len(starts) < given.least_runs
     alone = len(starts) == len(c.r)  # one row a run: its spread is the noise
     diagonals = own_of_rows(c, given.duration, given.weights)
-    drawn = {} if alone else drawn_of_power_ons(c, given.drawn)
+    drawn = {} if alone else drawn_of_power_ons(c, given.drawn, len(starts))
     slopes = {name: z for name, z in drawn.items() if not (few and is_level(z, starts))}
     effects = replace(random_effects(starts, diagonals, slopes), drifts=tuple(given.drifts.values()))
     rows, firsts = judged_rows(starts, len(c.r))

@@ -13,6 +13,7 @@ import numpy as np
 
 from planner.diagnose.channels.channel import Channel
 from planner.diagnose.shapes.between_nodes import between_nodes
+from planner.diagnose.shapes.narrow import LEVEL_RATE
 from planner.diagnose.shapes.narrow import MAKERS as NARROW
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
@@ -27,7 +28,6 @@ COARSE, FINE = 9, 25
 NEARLY_ALONG = 0.87  # cosine of 30 degrees: what leans further is on no face
 LEAST_APART = 12  # power-ons, below which a ramp is a time since power-on, and a wave of the day anything
 FEW = 4  # nodes of one variable where it is multiplied by several others
-LEVEL_RATE = float(np.radians(1e-3))  # of the Earth's 4.2e-3 deg/s, from which it names a north
 SAME_HOUR = 1e-6  # of a wave's amplitude, by which it differs from hour to hour
 A_NODE = 5  # observations: rows for what varies within a power-on, power-ons for what varies between them
 REST_RATE = float(np.radians(1.0))  # the Earth turns 240 times slower, tables do not turn slower than this

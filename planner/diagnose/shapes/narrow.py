@@ -29,6 +29,8 @@ SMALL_RATES = (0.02, 0.1, 0.4)  # of the largest rate: up to where a gyro locks 
 LEAST_RATES = 8  # different ones, fewer of which bins follow as well
 A_RATE = float(np.radians(1.0))  # by which rates differ; the Earth turns 240 times slower
 A_BEND = 3  # nodes of temperature, fewer of which show none
+LEVEL_RATE = float(np.radians(1e-3))  # of the Earth's 4.2e-3 deg/s, from which it names a north
+LEAST_HEADINGS = 7  # different parts of north along a body axis, of 21 from −1 to 1
 A_LEANING = 0.1  # of g, by which attitudes differ along an axis
 LEAST_LEANINGS = 7  # different ones along an axis, fewer of which a few powers follow as well
 A_CORNER = 0.02  # of the largest column, below which one has no more than leans and rounding
@@ -111,6 +113,23 @@ def rate_under_load(c: Channel, table: DwellTable) -> list[Array]:
     return [_turning(c)[:, None] * force]
 
 
+def heading_at_rest(c: Channel, table: DwellTable) -> list[Array]:
+    """(n, 3) where north lies in the level of a gyro's rests, in body axes: what a magnetic field does to it.
+
+    Of headings in between no bin of the six ways has the sine. Where north lies along a body axis in every
+    rest these bins are as good, and on six faces such a one is a square of the force.
+    """
+    rate, force = c.model.conditions.rate, c.model.conditions.specific_force
+    up = force / np.maximum(np.linalg.norm(force, axis=1, keepdims=True), 1e-9)
+    level = rate - up * np.sum(up * rate, axis=1, keepdims=True)
+    size = np.linalg.norm(level, axis=1)
+    rests = (np.linalg.norm(rate, axis=1) < A_RATE) & (size > LEVEL_RATE)
+    north = level * (rests / np.where(rests, size, 1.0))[:, None]
+    if c.sensor != "gyro" or max(_leanings(x) for x in north.T) < LEAST_HEADINGS:
+        return []
+    return [north]
+
+
 def leaning(c: Channel, table: DwellTable) -> list[Array]:
     """(n, 4) the forces across an accelerometer, in any attitude, times the temperature and its square."""
     if c.sensor != "accelerometer" or len(temperature_nodes(table.temperature_degc)) < A_BEND:
@@ -160,8 +179,9 @@ def cubic_products(c: Channel, table: DwellTable) -> list[Array]:
     They are nothing on six faces, and odd: no product of two forces, no curve along one axis and no bin of
     the six ways up has them, so that an error of this kind was a few records off by themselves, or noise.
     Of an accelerometer they are clear of what a lean of its own does. On an arm whose axis always points up
-    f_j² f_k is the square of the load: beside loads those are asked that are no product of two forces. They
-    stand together, as products of two do: one of seven alone would be chosen before a true one of those.
+    f_j² f_k is the square of the load: beside loads they are asked where one of them is no product of two
+    forces. They stand together, as products of two do: one of seven alone would be chosen before a true one
+    of those, and without those that are half a product of two such a one was named, and the rest unknown.
     """
     along = c.model.conditions.specific_force / STANDARD_GRAVITY_MPS2
     loaded = bool(np.any(np.linalg.norm(along, axis=1) * STANDARD_GRAVITY_MPS2 > _LOADED))
@@ -174,10 +194,17 @@ def cubic_products(c: Channel, table: DwellTable) -> list[Array]:
         return np.column_stack([np.ones(len(f)), f, *two, *three, np.prod(f, axis=1)])
 
     every = np.asarray(over_records(products, c.model.conditions))
-    known, least = orthonormal(every[:, : 10 if loaded else linear]), OF_ITSELF if loaded else A_CORNER
-    tilted = [x[:, None] for x in every[:, 10:].T if _leanings(x) >= TILTED]
-    kept = [x for x in tilted if np.linalg.norm(clear(known, x)) > least * np.linalg.norm(x)]
-    return [np.concatenate(kept, axis=1)] if kept else []
+    tilted = every[:, [10 + k for k, x in enumerate(every[:, 10:].T) if _leanings(x) >= TILTED]]
+    kept = tilted[:, _own_share(every[:, :linear], tilted) > A_CORNER]
+    if loaded and not np.any(_own_share(every[:, :10], kept) > OF_ITSELF):
+        return []
+    return [kept] if kept.shape[1] else []
+
+
+def _own_share(known: Array, columns: Array) -> Array:
+    """(k,) of the length of columns (n, k) that what is known (n, m) leaves."""
+    left = np.linalg.norm(clear(orthonormal(known), columns), axis=0)
+    return np.asarray(left / np.linalg.norm(columns, axis=0))
 
 
 def force_before(c: Channel, table: DwellTable) -> list[Array]:
@@ -284,6 +311,7 @@ MAKERS: Mapping[str, Callable[[Channel, DwellTable], list[Array]]] = {
     "time_on_and_specific_force": lambda c, table: input_over_time(c, table) if c.sensor != "gyro" else [],
     "rate": lambda c, table: [*odd_courses(c, table), *(play(c, table) if c.sensor == "gyro" else [])],
     "rate_and_specific_force": rate_under_load,
+    "orientation": heading_at_rest,
     "temperature": leaning,
     "day_and_specific_force": force_over_days,
     "specific_force": lambda c, table: [

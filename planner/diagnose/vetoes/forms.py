@@ -3,6 +3,7 @@
 With e = G γ̂ what a believed effect adds to a channel, every variable x of the records gives a departure
 
     d = e x,  and e x² over the variable along which the effect runs,     x from −1 to 1 in these records
+    d = sign(e) max(|u| − k U, 0)    over the channel's own input u of U at most, a corner at the share k
 
 a drift of the days that is no straight line, a cubic that bends earlier, a warm-up that goes with
 temperature. Each is tested as one column beside everything believed and the slopes of the effect's own
@@ -23,7 +24,7 @@ import numpy as np
 from planner.diagnose.channels.channel import Channel
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.found import Found, Question, best_of, free, on
-from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, LEAST, along
+from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, LEAST, along, simplest
 from planner.diagnose.hypotheses.pool import Pool, given, inverse, pool_of
 from planner.diagnose.hypotheses.scores import Score, score
 from planner.diagnose.references.references import hypothesis
@@ -37,6 +38,7 @@ DEPARTS = 1e-3  # p over the departures of one name, from which its form is not 
 # for the columns that ask it have nearly all in common. What wanders is set by nobody, and bends as well
 BENDS = 2e-3
 INPUTS = ("rate", "specific_force")
+CORNERS = (0.35, 0.65)  # of the largest input: nearer to nothing or to the end a curve has hardly a bend
 MOST_NAMES = (
     2  # on one channel, a second beside one that departs; with a variable in common they are one claim
 )
@@ -63,6 +65,7 @@ def only_forms_that_hold(found: Found, question: Question) -> None:
             elif b in found.library and _departs(found, b, axis, question.slopes(found, b)):
                 _instead(found, b, axis, question)
         _one_variable_for_several_names(found, axis, question)
+        _one_variable_for_a_name_and_its_own(found, axis, question)
 
 
 def _one_variable_for_several_names(found: Found, axis: int, question: Question) -> None:
@@ -86,6 +89,25 @@ def _one_variable_for_several_names(found: Found, axis: int, question: Question)
         if stand or (best is not None and scores[best] > DECISIVE):
             found.library = [b for b in found.library if b not in mine]
             found.unknown += [] if stand or best is None or best in found.unknown else [best]
+
+
+def _one_variable_for_a_name_and_its_own(found: Found, axis: int, question: Question) -> None:
+    """Put one curve over a variable in the place of a name along it and as much without a name beside that.
+
+    What is held above half a g is a g-sensitivity, roughly, and a curve over the force: the name is the first
+    term of that one. A rest that is small beside the name is what its equation may lack.
+    """
+    pool = found.pool
+    for b in [b for b in found.on({axis}) if _is_asked(found, b)]:
+        own = along(pool, b)
+        beside = [u for u in on(pool, found.unknown, {axis}) if pool.blocks[u].name == own]
+        if b in found.library and beside and found.share(beside[0]).delta > LEAST * found.share(b).delta:
+            without = given(pool, found.others(b, *beside))
+            scores = {g: score(without, [g]).criterion for g in on(pool, question.generic, {axis})}
+            best = max((g for g in scores if pool.blocks[g].name == own), key=lambda g: scores[g])
+            found.stands_for(best, [b, *beside], question)
+            found.library.remove(b)
+            found.unknown = [*(u for u in found.unknown if u not in beside), best]
 
 
 def _over(pool: Pool, scores: Mapping[int, float], variable: str) -> int | None:
@@ -171,10 +193,11 @@ def _departs(found: Found, b: int, axis: int, slopes: Block | None) -> bool:
     """Whether some variable changes the coefficient of a believed block."""
     w, variable = found.pool.state[axis], hypothesis(found.pool.blocks[b].name).variable
     own, others = list(_courses(w.channel, variable)), list(_others(w.channel, variable))
-    one, first = _beside(found, b, axis, slopes, [*own, *others])
-    told = [score(one, [first + i]) for i in range(len(own) + len(others))]
+    corners = list(_corners(w.channel, variable))
+    one, first = _beside(found, b, axis, slopes, [*own, *others], corners)
+    told = [score(one, [first + i]) for i in range(len(own) + len(others) + len(corners))]
     log_p = [s.log_p if s.m and _is_more(found, b, s) else 0.0 for s in told]
-    if variable in INPUTS and min(log_p[: len(own)]) < np.log(BENDS):
+    if variable in INPUTS and min(*log_p[: len(own)], *log_p[len(own) + len(others) :]) < np.log(BENDS):
         return True
     return bool(min(log_p, default=0.0) < np.log(DEPARTS / max(len(told), 1)))
 
@@ -198,11 +221,22 @@ def _sizes(
     return out
 
 
-def _beside(found: Found, b: int, axis: int, slopes: Block | None, x: Sequence[Array]) -> tuple[Pool, int]:
-    """A pool of the departures e x, clear of all that is believed, and the place of the first of them."""
+def _beside(
+    found: Found,
+    b: int,
+    axis: int,
+    slopes: Block | None,
+    x: Sequence[Array],
+    corners: Sequence[Array] = (),
+) -> tuple[Pool, int]:
+    """A pool of the departures e x, and sign(e) times some corners, clear of all that is believed.
+
+    And the place of the first of them.
+    """
     w, block = found.pool.state[axis], found.pool.blocks[b]
     e = block.columns[axis] @ _coefficients(found, b)
-    departures = [replace(block, columns={axis: (e * v)[:, None]}, terms=("",), nonlinear={}) for v in x]
+    columns = [*(e * v for v in x), *(np.sign(e) * k for k in corners)]
+    departures = [replace(block, columns={axis: d[:, None]}, terms=("",), nonlinear={}) for d in columns]
     believed = [found.pool.blocks[i] for i in on(found.pool, found.all, {axis})]
     believed += [slopes] if slopes is not None else []
     beside = [replace(y, columns={axis: y.columns[axis]}) for y in believed]
@@ -239,9 +273,24 @@ def _courses(c: Channel, own: Condition | None) -> Iterator[Array]:
         x = _scaled(_values(c, name))
         yield x
         yield x**2
-    if name == ("rate" if c.sensor == "gyro" else "specific_force"):
+    if _is_own_input(c, name):
         yield _scaled(np.abs(c.u))
         yield _scaled(np.abs(c.u)) ** 2
+
+
+def _corners(c: Channel, own: Condition | None) -> Iterator[Array]:
+    """(n,) what of a channel's own input lies beyond a share of the largest, where an effect runs along that.
+
+    A reading that saturates at two thirds, or leaves its line at one, is a cubic but for the corner.
+    """
+    if _is_own_input(c, _along(c, own)):
+        size = np.abs(c.u) / np.abs(c.u).max()
+        for share in CORNERS:
+            yield np.maximum(size - share, 0.0)
+
+
+def _is_own_input(c: Channel, name: Condition | None) -> bool:
+    return name == ("rate" if c.sensor == "gyro" else "specific_force")
 
 
 def _values(c: Channel, name: Condition) -> Array:
@@ -263,23 +312,23 @@ def _instead(found: Found, b: int, axis: int, question: Question) -> None:
     if max(unnamed.values(), default=0.0) < score(without, [b]).criterion:
         # no bins explain as much as the name does: only those along its own variable say what it said
         unnamed = {g: c for g, c in unnamed.items() if along(pool, b) in pool.blocks[g].name.split("_and_")}
-    variable = max(unnamed, key=lambda g: unnamed[g], default=None)
-    if variable is None or unnamed[variable] < DECISIVE:
+    most = max(unnamed.values(), default=0.0)
+    if most < DECISIVE:
         return
     second, gain = _second(found, axis, question)
-    if second is not None and gain > 0.0 and score(without, [b]).criterion + gain > unnamed[variable]:
+    if second is not None and gain > 0.0 and score(without, [b]).criterion + gain > most:
         found.library.append(second)
         found.stood_for[pool.blocks[second].key] = DEPARTS
         found.refine(question)
         return
     other = _another(found, b, axis, question, without)
-    if other is not None and score(without, [other]).criterion > unnamed[variable]:
+    if other is not None and score(without, [other]).criterion > most:
         found.library[found.library.index(b)] = other
         found.stood_for[pool.blocks[other].key] = DEPARTS
         return
     found.library.remove(b)
     found.aliased.discard(pool.blocks[b].key)
-    found.unknown.append(variable)
+    found.unknown.append(simplest(pool, unnamed))
     found.drop_needless(found.chance(question))
 
 

@@ -35,6 +35,7 @@ WALKED = "the walk in store that the spec budgets explains it as well"
 WANDERED = "what the spec lets wander within a power-on explains it as well"
 BENT = "the curve over temperature that the spec lets a table miss between its nodes explains it as well"
 AS_THE_SPEC_SAYS = (DRAWN, WALKED, WANDERED, BENT)
+SURE = 5.0  # sigma, at which a variable is told although its effect is not
 
 
 def refusals(found: Found, starts: NDArray[np.int64], budgets: Mapping[str, ErrorBudget]) -> tuple[Veto, ...]:
@@ -75,13 +76,14 @@ def _unnamed_in_place(
 
     They must predict unseen power-ons themselves, or be told by one alone whose records or branches repeat
     them. Where power-ons scatter it wanders, and no bins are asked. Of bins over several variables that
-    explain nearly as much as the best the first that is not refused stands.
+    explain nearly as much as the best the first that is not refused stands. A faint name that rests on one
+    power-on is that one's few sigma, whatever they seem to go with: a drift became a step after power-on.
     """
     pool = found.pool
     here = found.without()
     same = on(pool, range(len(pool.blocks)), found.axes(b))
     scores = {g: score(here, [g]) for g in same if pool.blocks[g].generic}
-    order = sorted(scores, key=lambda g: -scores[g].criterion)
+    order = sorted((g for g in scores if scores[g].delta >= SURE**2), key=lambda g: -scores[g].criterion)
     if not order or scores[order[0]].criterion < DECISIVE or on(pool, found.unknown, found.axes(b)):
         return
     least, variables = MOST_OF_BOTH * scores[order[0]].delta, set[str]()

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from planner.diagnose.channels.prepared import prepared
 from planner.diagnose.dwells_to_diagnosis import diagnose
+from planner.diagnose.hypotheses.found import Found
+from planner.diagnose.hypotheses.scores import score
+from planner.diagnose.search.sensor import begin
 from planner.nouns.dwell_table import DwellTable
 from planner.units import STANDARD_GRAVITY_MPS2 as G
+from tests.diagnose.worlds import DECLARED
 from tests.specs import shipped
 
 ARM_M, LOADS = 1.5, (5.0, 10.0, 20.0, 30.0, 40.0, 50.0)
@@ -15,7 +22,7 @@ BENDS = np.radians(0.1) / 50.0  # rad/g, K 2.2.6
 SPEC = shipped("small_uav").spec
 
 
-def campaign(seed: int, longer: float) -> DwellTable:
+def campaign(seed: int, longer: float, bends: float = BENDS) -> DwellTable:
     """Six power-ons of faces, 24 of a face outwards at six loads; white noise of 0.03 mg."""
     rng = np.random.default_rng(seed)
     rows: list[tuple[int, str, np.ndarray, np.ndarray, np.ndarray, float]] = []
@@ -26,7 +33,7 @@ def campaign(seed: int, longer: float) -> DwellTable:
         up = np.eye(3)[(turn + 1 + turn // 3 % 2) % 3]
         for g in LOADS:
             straight = up - (1.0 + longer) * g * out
-            bent = straight + np.cross(BENDS * np.cross(up, -(1.0 + longer) * g * out), straight)
+            bent = straight + np.cross(bends * np.cross(up, -(1.0 + longer) * g * out), straight)
             rows.append((6 + turn, "centrifuge", up - g * out, bent, np.sqrt(g * G / ARM_M) * up, g))
     run, bench, stated, felt, rate, load = (np.array(x) for x in zip(*rows, strict=True))
     n = len(run)
@@ -63,3 +70,24 @@ def test_an_arm_that_bends_and_is_longer_is_told_as_both(seed: int) -> None:
 def test_an_arm_that_only_bends_is_not_longer(seed: int) -> None:
     found = diagnose(campaign(seed, 0.0), SPEC)
     assert {e.effect for e in found.effects} == {"arm_bending"}
+
+
+def _may_be_longer(table: DwellTable) -> bool:
+    """Whether the accelerometers agree on a longer arm, where nothing else is believed."""
+    pool = begin(prepared(table), "accelerometer", DECLARED).pool
+    arm = next(i for i, b in enumerate(pool.blocks) if b.name == "arm_length")
+    assert score(pool, [arm]).delta > 20.0**2
+    return Found(pool, [], []).may_be(arm)
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+@pytest.mark.further("seed", [1, 4, 5])
+def test_an_arm_is_as_much_longer_for_every_accelerometer(seed: int) -> None:
+    """One that reads its own loads alone too long has none: the steps of its readings were one."""
+    table = campaign(seed, 0.0, bends=0.0)
+    assert table.acc is not None
+    assert table.ref_acc is not None
+    own = table.ref_acc[:, 1]
+    off = 3e-4 * np.where(np.abs(own) > 2.0 * G, own, 0.0)
+    assert not _may_be_longer(replace(table, acc=table.acc + off[:, None] * np.eye(3)[1]))
+    assert _may_be_longer(campaign(seed, 1e-4, bends=0.0))

@@ -7,8 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.diagnose.channels.channel import channel
 from planner.diagnose.channels.prepared import prepared
-from planner.diagnose.noise.components import IN_RUN, IN_RUN_SCALE, LEANS, LEVEL, drawn_name
+from planner.diagnose.noise.components import (
+    IN_RUN,
+    IN_RUN_SCALE,
+    LEANS,
+    LEVEL,
+    drawn_name,
+    drawn_of_power_ons,
+)
 from planner.diagnose.search.sensor import begin, diagnose_sensor
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
@@ -118,6 +126,30 @@ def test_misalignments_of_every_power_on_are_no_noise_of_every_record(seed: int)
     for k in (1, 2):
         assert sizes[drawn_name(LEANS, k)] == pytest.approx(sigma, rel=0.6)
     assert sizes["cross_noise"] < 0.1 * sigma
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.further("seed", range(3, 8))
+def test_a_scale_factor_of_every_power_on_multiplies_the_misaligned_input(seed: int) -> None:
+    """Its product with the lean of the axes was a misalignment that every power-on draws, of all channels."""
+    hall, axis = days(seed, POWER_ONS), seed % 3
+    table = read(hall, seed, gyro=Noise(1e-4, 1e-3, 0.0))
+    assert table.gyro is not None
+    drawn = 5e-4 * np.random.default_rng([seed, 33]).normal(size=(POWER_ONS, 3))
+    of_each = drawn[np.unique(hall.run, return_inverse=True)[1]]
+    sizes = _sizes(replace(table, gyro=(1.0 + of_each) * table.gyro, acc=None), axis)
+    assert sizes["run_to_run_scale_factor"] == pytest.approx(5e-4, rel=0.6)
+    assert not {drawn_name(LEANS, k) for k in (1, 2)} & set(sizes)
+
+
+@pytest.mark.parametrize(("power_ons", "leaned"), [(11, False), (12, True)])
+def test_few_power_ons_draw_it_along_their_own_input(power_ons: int, leaned: bool) -> None:
+    """A misalignment over the temperature of eleven on an arm was a scale factor six times its budget."""
+    table = read(days(1, power_ons), 1)
+    assert table.gyro is not None
+    c = channel("gyro", 0, table.conditions(), table.gyro[:, 0], DECLARED)
+    column = drawn_of_power_ons(c, (), power_ons)["run_to_run_scale_factor"]
+    assert bool(np.any(column != c.u)) is leaned
 
 
 @pytest.mark.parametrize("seed", [1, 2])

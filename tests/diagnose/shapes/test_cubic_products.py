@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from planner.diagnose.channels.channel import channel
+from planner.diagnose.channels.prepared import prepared
+from planner.diagnose.search.sensor import diagnose_sensor
 from planner.diagnose.shapes.narrow import cubic_products
+from planner.dwells.table_rows import rows_of
 from planner.nouns.array import Array
 from planner.protocols import Sensor
+from planner.units import STANDARD_GRAVITY_MPS2
 from tests.diagnose.hall import Hall, Noise, anywhere, days, hidden, read, tumbles
-from tests.diagnose.worlds import DECLARED, told_on_y
+from tests.diagnose.references.test_arm import campaign
+from tests.diagnose.worlds import DECLARED, named, told_on_y, unnamed
 
 ACC = Noise(5e-5, 2e-4)
 
@@ -66,3 +74,30 @@ def test_what_is_asked_is_no_lean_of_an_accelerometer() -> None:
     for x in products.T:
         left = x - lines @ np.linalg.lstsq(lines, x, rcond=None)[0]
         assert np.linalg.norm(left) > 0.05 * np.linalg.norm(x)
+
+
+def _on_an_arm(seed: int, shape: Callable[[Array], Array]) -> tuple[set[str], set[str]]:
+    """What is said of an accelerometer x with a shape of the forces, g; z is up mostly."""
+    table = campaign(seed, 0.0, bends=0.0)
+    assert table.acc is not None
+    assert table.ref_acc is not None
+    f = table.ref_acc / STANDARD_GRAVITY_MPS2
+    rare = np.unique(table.run[(np.abs(f[:, 0]) > 2.0) & (np.abs(f[:, 1]) > 0.5)])[1:]
+    added = STANDARD_GRAVITY_MPS2 * shape(f)[:, None] * np.eye(3)[0]
+    few = rows_of(replace(table, acc=table.acc + added), ~np.isin(table.run, rare))
+    found = diagnose_sensor(prepared(few), "accelerometer", DECLARED, seed).found
+    assert all(channels == "x" for _, channels in named(found) | unnamed(found))
+    return {name for name, _ in named(found)}, {name for name, _ in unnamed(found)}
+
+
+@pytest.mark.parametrize(("seed", "size"), [(1, 3e-7), (2, 1e-6)])
+@pytest.mark.further(("seed", "size"), [(3, 3e-7), (4, 1e-6), (5, 1e-6), (6, 3e-7)])
+def test_a_product_of_three_forces_that_is_half_one_of_two_goes_with_the_load(seed: int, size: float) -> None:
+    """It was a cross-coupling, or a rectified vibration, and something else that goes with the load."""
+    assert _on_an_arm(seed, lambda f: size * f[:, 0] ** 2 * f[:, 2]) == (set(), {"specific_force"})
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.further("seed", [3, 4, 5, 6])
+def test_the_square_of_a_load_keeps_its_name_beside_it(seed: int) -> None:
+    assert _on_an_arm(seed, lambda f: 5e-7 * f[:, 0] ** 2) == ({"cross_coupling"}, set())

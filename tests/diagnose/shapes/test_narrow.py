@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from planner.diagnose.channels.channel import channel
+from planner.diagnose.shapes.narrow import heading_at_rest
 from planner.nouns.diagnosis import UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable
-from tests.diagnose.hall import axes_apart, days, hidden, read, tumbles
-from tests.diagnose.worlds import whole
+from tests.diagnose.hall import Hall, anywhere, axes_apart, days, hidden, read, tumbles
+from tests.diagnose.worlds import DECLARED, told_on_y, whole
 
 MANY = (-400.0, -150.0, -60.0, -20.0, -8.0, 8.0, 20.0, 60.0, 150.0, 400.0)
 
@@ -71,3 +74,25 @@ def test_what_grows_or_settles_after_power_on_is_no_step(name: str, seed: int) -
     table = replace(read(hall, seed), acc=None)
     shape = hall.time_on / 500.0 if name == "drift" else 1.5 * np.exp(-hall.time_on / 200.0)
     assert _said(hidden(table, "gyro", 0, 6e-4 * shape)) == {name}
+
+
+@pytest.mark.parametrize(
+    ("layout", "seed", "size"), [(tumbles, 1, 1.2e-3), (tumbles, 2, 1.2e-3), (anywhere, 2, 6e-4)]
+)
+@pytest.mark.further(
+    ("layout", "seed", "size"), [(anywhere, s, z) for s, z in ((1, 1.2e-3), (3, 6e-4), (5, 6e-4))]
+)
+def test_where_north_lies_at_rest_goes_with_the_orientation(
+    layout: Callable[[int], Hall], seed: int, size: float
+) -> None:
+    """What a magnetic field does to a gyro: it was a g-sensitivity, or nothing where north lies anywhere."""
+    hall = layout(seed)
+    table = hidden(replace(read(hall, seed), acc=None), "gyro", 1, size * hall.north[:, 2] * ~hall.turns)
+    assert told_on_y(table, "gyro", seed) == (set(), {"orientation"})
+
+
+def test_headings_along_the_axes_are_left_to_bins() -> None:
+    for hall, blocks in ((days(1, 8), 0), (tumbles(1), 1), (anywhere(1), 1)):
+        table = read(hall, 1)
+        c = channel("gyro", 0, table.conditions(), np.zeros(len(table)), DECLARED)
+        assert len(heading_at_rest(c, table)) == blocks

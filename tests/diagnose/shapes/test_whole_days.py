@@ -11,7 +11,7 @@ from planner.diagnose.channels.channel import channel
 from planner.diagnose.shapes.generic import generics
 from planner.diagnose.shapes.narrow import waves
 from tests.diagnose.hall import Hall, days, hidden, read
-from tests.diagnose.worlds import DECLARED, whole
+from tests.diagnose.worlds import DECLARED, told_on_y, whole
 
 
 def _on(seed: int, count: int) -> Hall:
@@ -40,6 +40,16 @@ def test_two_days_without_hours_differ_by_the_day(seed: int) -> None:
     found = whole(table)
     assert not found.effects
     assert {u.varies_with for u in found.unknown} == {"day"}
+
+
+@pytest.mark.parametrize("seed", [669, 670])
+@pytest.mark.further("seed", [661, 664, 671])
+def test_an_ageing_over_two_days_keeps_its_name_beside_something_else(seed: int) -> None:
+    """Bins of two days are the same column: by what rounding left of either the name was lost."""
+    hall = replace(_on(seed, 2), day=4.0 * _on(seed, 2).day)
+    late = (hall.time_on - hall.time_on.mean()) / np.ptp(hall.time_on)
+    table = hidden(read(hall, seed), "accelerometer", 1, 5e-4 * hall.day + 1.2e-4 * hall.up[:, 1] * late)
+    assert told_on_y(table, "accelerometer", seed) == ({"ageing"}, {"time_on_and_specific_force"})
 
 
 @pytest.mark.parametrize("count", [2, 3, 5, 12])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -10,12 +11,13 @@ import pytest
 from planner.diagnose.dwells_to_diagnosis import diagnose, told_from_zero
 from planner.diagnose.shapes.generic import levels
 from planner.diagnose.vetoes.verdicts import predicted
+from planner.nouns.array import Array
 from planner.nouns.diagnosis import FoundEffect, FoundTerm
 from planner.protocols import Sensor
-from tests.diagnose.hall import axes_apart, hidden, read
+from tests.diagnose.hall import Noise, anywhere, axes_apart, hidden, read
 from tests.diagnose.labs.shapes import LIBRARY, MIMICS, Hidden
 from tests.diagnose.labs.unit import campaign
-from tests.diagnose.worlds import whole
+from tests.diagnose.worlds import told_on_y, whole
 from tests.specs import shipped
 
 SPEC = shipped("small_uav").spec
@@ -123,3 +125,29 @@ def test_a_cubic_over_the_same_rates_keeps_its_name(seed: int) -> None:
     shape = 2e-2 * (hall.turn[:, seed % 3] / 300.0) ** 3
     found = whole(hidden(replace(read(hall, seed), acc=None), "gyro", seed % 3, shape))
     assert {e.effect for e in found.effects} == {"scale_factor_nonlinearity"}
+
+
+def _turned(seed: int, curve: Callable[[Array], Array]) -> tuple[set[str], set[str]]:
+    """What is said of a gyro with a curve, deg/s, over its rate from −1 to 1 of the largest in 14 rates."""
+    turns = tuple(sign * size for size in np.arange(20.0, 261.0, 40.0) for sign in (1.0, -1.0))
+    hall = axes_apart(seed, 3, turns)
+    table = replace(read(hall, seed, gyro=Noise(4e-4, 1e-3, 1e-6)), acc=None)
+    return told_on_y(hidden(table, "gyro", 1, curve(hall.turn[:, 1] / 260.0)), "gyro", seed)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.further("seed", [3, 4])
+def test_a_corner_is_no_cubic(seed: int) -> None:
+    """What begins at two thirds of the largest rate was a cubic of 23 sigma: no power has a corner."""
+    beyond = _turned(seed, lambda u: 1e-2 * np.sign(u) * np.maximum(np.abs(u) - 0.65, 0.0))
+    assert beyond == (set(), {"rate"})
+    assert _turned(seed, lambda u: 4e-3 * u**3) == ({"scale_factor_nonlinearity"}, set())
+
+
+@pytest.mark.parametrize("seed", [3, 6])
+@pytest.mark.further("seed", [1, 2, 4, 5])
+def test_a_name_and_as_much_without_one_along_its_variable_are_one_curve(seed: int) -> None:
+    """A force that is held above half a g was a g-sensitivity, and something else that goes with it."""
+    hall = anywhere(seed)
+    table = hidden(replace(read(hall, seed), acc=None), "gyro", 1, 3e-3 * np.clip(hall.up[:, 2], 0.0, 0.5))
+    assert told_on_y(table, "gyro", seed) == (set(), {"specific_force"})
