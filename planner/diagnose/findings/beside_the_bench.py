@@ -29,8 +29,9 @@ from planner.measurement import AXES
 from planner.nouns.diagnosis import FoundEffect, ReferenceSuspect, Refused, Unknown
 
 THERMOMETERS = ("thermometer_lag", "thermometer_offset")
+KELVINS = ("K", "degC")
 NOT_FITTED = ("wrong_label", "wrong_record", "mixed_units", "stuck_channel")  # their records are left out
-COURSE = ("temperature", "temperature_rate", "time_on", "day", "time_of_day", "time_on_and_temperature")
+COURSE = ("temperature", "time_on", "day", "time_of_day")  # and what begins so: `time_on_and_rate`
 SEVERAL = 2  # other channels with a rest: one may lack something of its own beside the fault
 WITH_A_REST = "a reference is off ({0}), and its channel has a rest that no effect explains"
 RESTS = "a reference is off ({0}), and other channels have rests that no effect explains"
@@ -44,7 +45,7 @@ def thermometer_beside(
     effects: Sequence[FoundEffect], wrong: Iterable[ReferenceSuspect], temperatures: Temperatures
 ) -> list[ReferenceSuspect]:
     """The thermometer, where other channels show one temperature for an effect; none where it is said."""
-    said = any(s.hypothesis in THERMOMETERS and not s.expected for s in wrong)
+    said = any(_called(s) in THERMOMETERS and not s.expected for s in wrong)
     return [] if said else list(temperatures.suspects(effects))
 
 
@@ -58,7 +59,7 @@ def beside_the_bench(
 
     wrong: suspected references; one that is off by no more than is stated of it suspects nothing else
     """
-    suspected = list(dict.fromkeys(s.hypothesis for s in wrong if not s.expected))
+    suspected = list(dict.fromkeys(_called(s) for s in wrong if not s.expected))
     stands, falls, rest = [], [], []
     for e in effects:
         own = catalog.effects()[e.effect].bench_only
@@ -71,6 +72,11 @@ def beside_the_bench(
     said = {(c, u.varies_with) for u in unknown for c in u.channels}
     new = {(u.channels, u.varies_with): u for u in rest if (u.channels[0], u.varies_with) not in said}
     return stands, falls, list(new.values())
+
+
+def _called(s: ReferenceSuspect) -> str:
+    """Its hypothesis; of power-ons whose temperature is another than is written, their thermometer."""
+    return THERMOMETERS[1] if s.unit in KELVINS else s.hypothesis
 
 
 def _why(
@@ -103,7 +109,7 @@ def _why(
 def _alone(e: FoundEffect, effects: Sequence[FoundEffect], unknown: Sequence[Unknown]) -> bool:
     """Whether one channel has it, and nothing else follows the temperature's course."""
     others = [x for x in effects if x is not e and follows_the_course(x.effect)]
-    return len(e.channels) == 1 and not others and all(u.varies_with not in COURSE for u in unknown)
+    return len(e.channels) == 1 and not others and not any(_of_the_course(u) for u in unknown)
 
 
 def _all_lack_another(e: FoundEffect, effects: Sequence[FoundEffect], unknown: Sequence[Unknown]) -> bool:
@@ -115,9 +121,13 @@ def _all_lack_another(e: FoundEffect, effects: Sequence[FoundEffect], unknown: S
         (c, f"varies with {u.varies_with}")
         for u in unknown
         for c in u.channels
-        if c.startswith(e.sensor) and (u.varies_with in COURSE) == course
+        if c.startswith(e.sensor) and _of_the_course(u) == course
     }
     return len({c for c, _ in lacks}) == len(AXES) and len({name for _, name in lacks}) > 1
+
+
+def _of_the_course(u: Unknown) -> bool:
+    return u.varies_with.startswith(COURSE)
 
 
 def _still_sure(e: FoundEffect) -> Iterator[Unknown]:

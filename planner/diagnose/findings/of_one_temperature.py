@@ -3,8 +3,11 @@
 What was found on channel c is s_c δT, where the unit was warmer by δT than its thermometer read, s = p'(T) +
 κ'(T) v the slope of its curves; every other channel d is then to read s_d δT more, too:
 
-    δT = s_c x_c / (s_c² + λ²),   x_c = G γ̂ what was found,   p_d = s_d δT,
+    δT = s_c x_c / (s_c² + λ²)  or  β_c x_c,   x_c = G γ̂ what was found,   p_d = s_d δT,
     α = Σ_d p_dᵀ z_d / Σ_d p_dᵀ p_d,   one sigma of α: 1 / E,   E² = Σ_d p_dᵀ p_d
+
+The second δT is of a name that took the place of a product: where a thermometer drifts, c lacks s_c(T) times
+the day, and days alone are found. β_c is what channel c itself says of s_c x_c.
 
 p, z in white rows clear of the declared model. One temperature has α = 1, or less where what was found has
 not quite its course: x_c then strays, as an errors-in-variables regression has it (Fuller, Measurement Error
@@ -48,16 +51,21 @@ CHECK = (
 
 @dataclass(frozen=True)
 class OneTemperature:
-    """share: α; sure: E, sigma at which the others would show a temperature; kelvin: δT, root mean square"""
+    """share: α; sure: E, sigma at which the others would show a temperature; kelvin: δT, root mean square
 
-    share: float
-    sure: float
-    kelvin: float
+    least, most: α of those that know it by themselves: each channel of the same sensor, all of the other one
+    """
+
+    share: float = 0.0
+    sure: float = 0.0
+    kelvin: float = 0.0
+    least: float = 0.0
+    most: float = 0.0
 
     @property
     def agreed(self) -> bool:
-        """Whether the other channels show the same temperature."""
-        return self.share >= AGREES and self.share * self.sure > SURE
+        """Whether the other channels show the same temperature, and none that knows it another one."""
+        return self.share * self.sure > SURE and self.least >= AGREES and self.most <= 1.0 / AGREES
 
     @property
     def denied(self) -> bool:
@@ -89,14 +97,37 @@ class Temperatures:
     data: Prepared
 
     def of(self, e: FoundEffect) -> OneTemperature:
-        """What the other channels say of an effect that follows the temperature's course."""
+        """What the other channels say most of an effect that follows the temperature's course."""
         if np.ptp(self.data.table.temperature_degc) <= GAP_K:
-            return OneTemperature(0.0, 0.0, 0.0)
-        said = [self._said(c, x) for c, x in self._contributions(e)]
-        seen, foreseen = (sum(one[i] for one in said) for i in (0, 1))
-        sure = max((one[1] for one in said), default=0.0)
-        warmer = float(np.sqrt(np.mean([one[2] for one in said]))) if said else 0.0
-        return OneTemperature(seen / foreseen if foreseen > 0.0 else 0.0, float(np.sqrt(sure)), warmer)
+            return OneTemperature()
+        found = list(self._contributions(e))
+        each = [self._of([(c, shape(c, x)) for c, x in found]) for shape in (self._divided, self._times)]
+        return max(each, key=lambda one: (one.agreed, one.share * one.sure))
+
+    def _of(self, each: Sequence[tuple[str, Array]]) -> OneTemperature:
+        """each: channels and the temperature (n,), K, that each says"""
+        seen, known = dict[str, float](), dict[str, float]()
+        for c, warmer in each:
+            for other in self._each:
+                who, (pz, pp) = self._knows(other, c), self._said(other, warmer)
+                if other != c:
+                    seen[who], known[who] = seen.get(who, 0.0) + pz, known.get(who, 0.0) + pp
+        total = sum(known.values())
+        if total <= 0.0:
+            return OneTemperature()
+        shares = [seen[who] / known[who] for who in known if known[who] > SURE**2 * len(each)]
+        return OneTemperature(
+            sum(seen.values()) / total,
+            float(np.sqrt(total / len(each))),
+            float(np.sqrt(np.mean([np.mean(x**2) for _, x in each]))),
+            min(shares, default=0.0),
+            max(shares, default=0.0),
+        )
+
+    def _knows(self, other: str, channel: str) -> str:
+        """Who says what another channel sees: itself, or the other sensor as a whole."""
+        sensor = other.rsplit("_", 1)[0]
+        return other if channel.startswith(sensor) else sensor
 
     def suspects(self, effects: Sequence[FoundEffect]) -> Iterator[ReferenceSuspect]:
         """The thermometer, by the effect of which the other channels say most, where they agree on one."""
@@ -139,19 +170,27 @@ class Temperatures:
             for axis, columns in s.found.pool.blocks[b].columns.items():
                 yield channel_name(s.sensor, axis), columns @ gamma
 
-    def _said(self, channel: str, x: Array) -> tuple[float, float, float]:
-        """Σ p z and Σ p² of the other channels, by what one lacks (n,); mean square of δT."""
+    def _divided(self, channel: str, x: Array) -> Array:
+        """(n,) K that make x (n,) of a channel's reading."""
         slope = self._each[channel][0]
         flat = FLAT**2 * float(np.mean(slope**2))
-        if flat <= 0.0:
-            return 0.0, 0.0, 0.0
-        warmer = slope * x / (slope**2 + flat)
-        seen, foreseen = 0.0, 0.0
-        for other, (own, Q, z, w) in self._each.items():
-            if other != channel:
-                p = clear(Q, w.noise.whiten((own * warmer)[:, None]))[:, 0]
-                seen, foreseen = seen + float(p @ z), foreseen + float(p @ p)
-        return seen, foreseen, float(np.mean(warmer**2))
+        return np.asarray(slope * x / (slope**2 + flat)) if flat > 0.0 else np.zeros(len(x))
+
+    def _times(self, channel: str, x: Array) -> Array:
+        """(n,) K that go as x (n,) does, of the size that the channel itself says."""
+        p, z = self._seen(channel, x), self._each[channel][2]
+        square = float(p @ p)
+        return np.asarray(float(p @ z) / square * x) if square > 0.0 else np.zeros(len(x))
+
+    def _seen(self, channel: str, warmer: Array) -> Array:
+        """(n,) what a channel sees of a temperature (n,), K, in white rows."""
+        slope, Q, _, w = self._each[channel]
+        return clear(Q, w.noise.whiten((slope * warmer)[:, None]))[:, 0]
+
+    def _said(self, other: str, warmer: Array) -> tuple[float, float]:
+        """p z and p² of a channel, by the temperature (n,) that another one says."""
+        p, z = self._seen(other, warmer), self._each[other][2]
+        return float(p @ z), float(p @ p)
 
 
 def _slope(one: Seen, data: Prepared) -> Array:

@@ -148,3 +148,18 @@ def test_an_effect_with_a_spread_of_its_own(seed: int) -> None:
     size = (1.0 + 0.33 * rng.normal(size=int(hall.run.max()) + 1))[hall.run]
     found = whole(hidden(read(hall, seed), "gyro", 0, 0.01 * size * hall.up[:, 1]))
     assert [(e.effect, e.channels) for e in found.effects] == [("g_sensitivity", ("gyro_x",))]
+
+
+@pytest.mark.parametrize("seed", [45, 47])
+@pytest.mark.further("seed", [48])
+def test_accelerometers_that_warm_up_each_by_its_own_size(seed: int) -> None:
+    """Two of three went as one temperature by chance, 0.6 and 0.3 of it; the gyros knew nothing of one."""
+    hall, rng = days(seed), np.random.default_rng([seed, 8])
+    table = read(hall, seed)
+    for axis in range(3):
+        size = 1.2e-3 * rng.choice([-1, 1]) * rng.uniform(0.5, 1.5)
+        table = hidden(table, "accelerometer", axis, size * (1.0 - np.exp(-hall.time_on / 600.0)))
+    found = whole(table)
+    assert not found.reference_suspects
+    assert {e.effect for e in found.effects} == {"warm_up"}
+    assert {c for e in found.effects for c in e.channels} == set(ACCELEROMETERS)
