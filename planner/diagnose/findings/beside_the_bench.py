@@ -25,6 +25,7 @@ from planner import catalog
 from planner.diagnose.findings.of_one_temperature import Temperatures, blocks_of, follows_the_course
 from planner.diagnose.shapes.generic import variable_of
 from planner.diagnose.vetoes.unlike_sizes import sizes_differ
+from planner.diagnose.vetoes.verdicts import LEAST_RUNS
 from planner.measurement import AXES
 from planner.nouns.diagnosis import FoundEffect, ReferenceSuspect, Refused, Unknown
 
@@ -100,9 +101,9 @@ def _why(
         return RESTS.format(words)
     if len(e.channels) > 1 and any(s not in NOT_FITTED for s in through):
         return OF_SEVERAL.format(words)
-    if _all_lack_another(e, effects, unknown):
-        return UNLIKE
     starts, blocks = temperatures.data.starts, list(blocks_of(e, temperatures.found))
+    if len(starts) >= LEAST_RUNS and _all_lack_another(e, effects, unknown):
+        return UNLIKE
     return DIFFERS if blocks and all(sizes_differ(s.found, b, starts) for s, b in blocks) else None
 
 

@@ -31,6 +31,7 @@ from planner.diagnose.hypotheses.pool import inverse
 from planner.diagnose.noise.whitened import SEEN, Whitened
 from planner.diagnose.references.thermometer_offset import NAME
 from planner.diagnose.search.sensor import SensorFound
+from planner.diagnose.vetoes.verdicts import LEAST_RUNS
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import FoundEffect, ReferenceSuspect
 from planner.nouns.sensor import channel_name
@@ -74,9 +75,9 @@ class OneTemperature:
 
 
 def follows_the_course(effect: str) -> bool:
-    """Whether an effect follows what a temperature does, and no input."""
+    """Whether an effect follows what a temperature does, and no input; a curve over it follows what it is."""
     needs = catalog.effects()[effect].needs
-    return bool(needs) and COURSE.issuperset(needs)
+    return COURSE.issuperset(needs) and bool(needs - {"temperature_degc"})
 
 
 def blocks_of(e: FoundEffect, found: Sequence[SensorFound]) -> Iterator[tuple[SensorFound, int]]:
@@ -98,7 +99,8 @@ class Temperatures:
 
     def of(self, e: FoundEffect) -> OneTemperature:
         """What the other channels say most of an effect that follows the temperature's course."""
-        if np.ptp(self.data.table.temperature_degc) <= GAP_K:
+        few = len(self.data.starts) < LEAST_RUNS  # in one power-on every course is common to all channels
+        if few or np.ptp(self.data.table.temperature_degc) <= GAP_K:
             return OneTemperature()
         found = list(self._contributions(e))
         each = [self._of([(c, shape(c, x)) for c, x in found]) for shape in (self._divided, self._times)]

@@ -80,6 +80,8 @@ def test_the_course_of_the_temperature_beside_its_thermometer() -> None:
     late = _effect("thermal_lag", ("gyro_x",))
     assert _stands([late], [], THERMOMETER) == (set(), {("gyro_x", "temperature_rate")})
     assert _stands([late], [], MOUNTING)[0] == {"thermal_lag"}
+    curve = _effect("bias_temperature", ("gyro_x",))  # of what the temperature is, not of its course
+    assert _stands([curve], [], THERMOMETER)[0] == {"bias_temperature"}
 
 
 def test_three_channels_that_lack_something_else_each_lack_a_reference() -> None:
