@@ -10,11 +10,13 @@ from planner import catalog
 from planner.diagnose.channels.prepared import Prepared
 from planner.diagnose.evidence_veto import BEYOND_DOUBT, verdict_of
 from planner.diagnose.findings.assumptions import assumptions, exceeded
+from planner.diagnose.findings.beside_the_bench import beside_the_bench, thermometer_beside
 from planner.diagnose.findings.common_scale import common_scale, untold_scale
 from planner.diagnose.findings.curves import with_curve
 from planner.diagnose.findings.evidence import among, evidence
 from planner.diagnose.findings.lagging_thermometer import NAME as LAGS
 from planner.diagnose.findings.limits import limits
+from planner.diagnose.findings.of_one_temperature import Temperatures
 from planner.diagnose.findings.reported import found_effects
 from planner.diagnose.findings.suspects import suspects
 from planner.diagnose.findings.unlike_power_ons import of_their_power_ons, unlike_power_ons
@@ -92,6 +94,10 @@ def diagnose(
         wrong = (*wrong, unlike)
         effects, theirs = of_their_power_ons(effects, data)
         spans = [*spans, *theirs]
+    temperatures = Temperatures(found, data)
+    wrong = (*wrong, *thermometer_beside(effects, wrong, temperatures))
+    effects, falls, rest = beside_the_bench(effects, unknown, wrong, temperatures)
+    spans, unknown = [*spans, *falls], [*unknown, *rest]
     untestable += _of_references(found, spec, {one.hypothesis for one in wrong})
     return UnitDiagnosis(
         unit=str(table.unit[0]),
