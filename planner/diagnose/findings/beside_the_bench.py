@@ -13,7 +13,7 @@ a sensor has beside the fault:
 
 Of a suspected thermometer only what follows that course is asked; gravity and rates are what they were. Where
 no reference is suspected the channels themselves may say so: three of one sensor that each lack something of
-a kind, and not the same, lack one reference. And so may the power-ons, of which each has its own size of it
+a kind, no two the same and one without a name, lack one reference. And so may the power-ons, of which each has its own size of it
 (`unlike_sizes`). That something is there, and with what it goes, stays said.
 """
 
@@ -114,17 +114,22 @@ def _alone(e: FoundEffect, effects: Sequence[FoundEffect], unknown: Sequence[Unk
 
 
 def _all_lack_another(e: FoundEffect, effects: Sequence[FoundEffect], unknown: Sequence[Unknown]) -> bool:
-    """Whether every channel of its sensor lacks something of its kind, and these are not of one name."""
+    """Whether every channel of its sensor lacks something of its kind, no two the same, and one without a name.
+
+    A unit that has two effects on every channel lacks the same on each.
+    """
     course = follows_the_course(e.effect)
     alike = [x for x in effects if x.sensor == e.sensor and follows_the_course(x.effect) == course]
     lacks = {(c, x.effect) for x in alike if not catalog.effects()[x.effect].bench_only for c in x.channels}
-    lacks |= {
+    rests = {
         (c, f"varies with {u.varies_with}")
         for u in unknown
         for c in u.channels
         if c.startswith(e.sensor) and _of_the_course(u) == course
     }
-    return len({c for c, _ in lacks}) == len(AXES) and len({name for _, name in lacks}) > 1
+    lacks |= rests
+    apart = len({name for _, name in lacks}) == len(lacks)
+    return bool(rests) and apart and len({c for c, _ in lacks}) == len(AXES)
 
 
 def _of_the_course(u: Unknown) -> bool:

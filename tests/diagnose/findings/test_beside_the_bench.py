@@ -93,6 +93,14 @@ def test_three_channels_that_lack_something_else_each_lack_a_reference() -> None
     assert _stands([same], [])[0] == {"thermal_lag"}
 
 
+def test_two_effects_of_every_channel_stand() -> None:
+    """A g-sensitivity and an asymmetry of three gyros lacked "something, and not the same"."""
+    three = ("gyro_x", "gyro_y", "gyro_z")
+    two = [_effect("g_sensitivity", three), _effect("scale_factor_asymmetry", three)]
+    assert _stands(two, [])[0] == {"g_sensitivity", "scale_factor_asymmetry"}
+    assert _stands(two, [_rest("gyro_z", "rate")])[0] == {"g_sensitivity", "scale_factor_asymmetry"}
+
+
 # ---------------------------------------------------------------- whole campaigns
 
 
@@ -106,8 +114,8 @@ def _late_log(hall: Hall, seed: int, seconds: float) -> DwellTable:
     return replace(read(hall, seed), temperature_degc=degc)
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.further("seed", [3, 4])
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [2, 3, 4])
 def test_temperatures_of_another_minute(seed: int) -> None:
     """Four names, `thermal_lag` and tables over temperature and its rate, on gyros and accelerometers."""
     found = whole(_late_log(sweeps(seed), seed, 400.0))
@@ -116,8 +124,8 @@ def test_temperatures_of_another_minute(seed: int) -> None:
     assert {s.hypothesis for s in found.reference_suspects} <= {"thermometer_lag", "thermometer_offset"}
 
 
-@pytest.mark.parametrize("seed", [11, 12])
-@pytest.mark.further("seed", [13, 14])
+@pytest.mark.parametrize("seed", [11])
+@pytest.mark.further("seed", [12, 13, 14])
 def test_a_drift_of_its_own_beside_a_thermometer_that_lags(seed: int) -> None:
     """The other channels deny that it is one temperature with it."""
     hall = sweeps(seed)
@@ -127,8 +135,8 @@ def test_a_drift_of_its_own_beside_a_thermometer_that_lags(seed: int) -> None:
     assert {s.hypothesis for s in found.reference_suspects} == {"thermometer_lag"}
 
 
-@pytest.mark.parametrize("seed", [1, 2, 21])
-@pytest.mark.further("seed", [22, 23, 24])
+@pytest.mark.parametrize("seed", [1, 21])
+@pytest.mark.further("seed", [2, 22, 23, 24])
 def test_a_cable_that_is_loose_in_one_attitude(seed: int) -> None:
     """It was an asymmetric scale factor, at 22 to 29 sigma; one that is there has the same size in all."""
     hall, rng = days(seed, 36), np.random.default_rng([seed, 5])
