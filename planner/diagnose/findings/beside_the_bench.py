@@ -13,8 +13,8 @@ a sensor has beside the fault:
 
 Of a suspected thermometer only what follows that course is asked; gravity and rates are what they were. Where
 no reference is suspected the channels themselves may say so: three of one sensor that each lack something of
-a kind, no two the same and one without a name, lack one reference. And so may the power-ons, of which each has its own size of it
-(`unlike_sizes`). That something is there, and with what it goes, stays said.
+a kind, no two the same and one without a name, lack one reference. And so may the power-ons, of which each
+has its own size of it (`unlike_sizes`). That something is there, and with what it goes, stays said.
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ def _alone(e: FoundEffect, effects: Sequence[FoundEffect], unknown: Sequence[Unk
 
 
 def _all_lack_another(e: FoundEffect, effects: Sequence[FoundEffect], unknown: Sequence[Unknown]) -> bool:
-    """Whether every channel of its sensor lacks something of its kind, no two the same, and one without a name.
+    """Whether every channel of its sensor lacks something of its kind, no two the same, one without a name.
 
     A unit that has two effects on every channel lacks the same on each.
     """
