@@ -11,6 +11,10 @@ gyros have another one in turns, and those of two accelerometers,
 
 of either sensor's channels together 1e-9: a unit has one curve, and what turns heat or shake goes with |ω|
 or ω².
+
+What one unit feels has to be told by records within power-ons as far as turns have more of it than rests: at
+one speed about each axis nothing tells a square of all rates from another level, and an asymmetric scale
+factor looked like another unit's. Directions that the Earth's rate alone makes (2e-5 of a turn) tell nothing.
 """
 
 from __future__ import annotations
@@ -26,7 +30,8 @@ from planner.nouns.array import Array
 
 SIDE = 3  # power-ons of turns, and of rests
 TWO = 2  # accelerometers that must say it: the third may have the same bias by chance
-SEEN = 1e-6  # of the largest direction within power-ons
+SEEN = 1e-3  # of the largest direction within power-ons
+MORE = 0.05  # of what turns have more than rests, that no direction within power-ons tells
 ROUNDING = 1e-9  # of a column: what is left of one that is the same in all rows of a power-on
 
 
@@ -46,7 +51,10 @@ def turns_of_another(rows: InOrder) -> tuple[float, NDArray[np.bool_]] | None:
     for (y, u), other in zip(rows.sensors, (force, rate), strict=True):
         for axis in range(3):
             felt = np.column_stack([other, np.abs(rate[:, axis]), rate**2])
-            level = _levels(np.column_stack([felt, that_stay(y[:, axis], u, rows, axis)]), rows)
+            stays = that_stay(y[:, axis], u, rows, axis)
+            level = _levels(np.column_stack([felt, stays[:, :-1]]), stays[:, -1:], rows, turns)
+            if level is None:
+                return None
             logs.append(_log_p(level, curve, turns))
     gyros, accs = np.array(logs[:3]), np.array(logs[3:])
     if max(gyros.sum(), accs.sum()) > np.log(ANOTHER):
@@ -57,14 +65,28 @@ def turns_of_another(rows: InOrder) -> tuple[float, NDArray[np.bool_]] | None:
     return float(np.sum(logs)), turns if rows_of[turns].sum() <= rows_of[~turns].sum() else ~turns
 
 
-def _levels(X: Array, rows: InOrder) -> Array:
-    """(runs,) mean of the last column less what the others, fitted about the means of power-ons, say."""
-    means = rows.means(X)
-    about = X - means[rows.run]
-    size = np.linalg.norm(about[:, :-1], axis=0)
-    told = size > ROUNDING * np.linalg.norm(X[:, :-1], axis=0)
-    slope = np.linalg.lstsq(about[:, :-1][:, told] / size[told], about[:, -1], rcond=SEEN)[0] / size[told]
-    return np.asarray(means[:, -1] - means[:, :-1][:, told] @ slope)
+def _levels(felt: Array, left: Array, rows: InOrder, turns: NDArray[np.bool_]) -> Array | None:
+    """(runs,) mean of what is left (n, 1) less what is felt (n, k), fitted about the means of power-ons.
+
+        A = (felt − means) / size = U S Vᵀ,   m̄ = means / size,   level = mean − m̄ᵀ V S⁻¹ Uᵀ (left − mean)
+
+    None where of m̄ of turns less that of rests more than MORE is no direction that V has.
+    """
+    means, mean = rows.means(felt), rows.means(left)[:, 0]
+    about = felt - means[rows.run]
+    size = np.linalg.norm(about, axis=0)
+    told = size > ROUNDING * np.linalg.norm(felt, axis=0)
+    if not np.any(told):
+        return mean
+    U, S, Vt = np.linalg.svd(about[:, told] / size[told], full_matrices=False)
+    seen = SEEN * S[0] < S
+    m = means[:, told] / size[told]
+    more = m[turns].mean(axis=0) - m[~turns].mean(axis=0)
+    untold = more - Vt[seen].T @ (Vt[seen] @ more)
+    if np.linalg.norm(untold) > MORE * np.linalg.norm(more):
+        return None
+    slope = Vt[seen].T @ ((U[:, seen].T @ (left[:, 0] - mean[rows.run])) / S[seen])
+    return np.asarray(mean - m @ slope)
 
 
 def _log_p(level: Array, curve: Array, turns: NDArray[np.bool_]) -> float:

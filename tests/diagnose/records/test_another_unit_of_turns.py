@@ -9,8 +9,11 @@ import pytest
 
 from planner.diagnose.records.another_unit import another_unit
 from planner.nouns.dwell_table import DwellTable
+from planner.pipelines.data import simulate
+from planner.simulate.settings import settings_of
 from tests.diagnose.hall import ACC, GYRO, Hall, Noise, chamber, days, read
 from tests.diagnose.records.test_another_unit_for_a_while import every
+from tests.specs import shipped
 
 LEANS = np.array([[0.0, 1.3, -0.9], [0.7, 0.0, 0.4], [-0.6, 1.1, 0.0]])  # mrad, of a g-sensitive gyro mrad/s
 
@@ -87,3 +90,13 @@ def test_few_power_ons_of_one_unit(seed: int) -> None:
         read(hall, seed, gyro=replace(GYRO, level=2e-2), acc=Noise(ACC.white, 5e-3)),
     ):
         assert another_unit(table, every(table)) is None
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.further("seed", [3, 4, 5, 6])
+def test_an_asymmetry_that_one_speed_does_not_tell_from_a_level_is_no_other_unit(seed: int) -> None:
+    """Squares of rates that the Earth's rate alone told apart made levels of 21 m/s²; two seeds of six said it."""
+    small = shipped("small_uav")
+    hidden = ("gyro.scale_factor_asymmetry=0.05 %",)
+    table, _ = simulate(small, None, hidden, seed, settings_of(small.spec))
+    assert another_unit(table, every(table)) is None
