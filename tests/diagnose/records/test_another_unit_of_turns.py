@@ -95,7 +95,7 @@ def test_few_power_ons_of_one_unit(seed: int) -> None:
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.further("seed", [3, 4, 5, 6])
 def test_an_asymmetry_that_one_speed_does_not_tell_from_a_level_is_no_other_unit(seed: int) -> None:
-    """Squares of rates that the Earth's rate alone told apart made levels of 21 m/s²; two seeds of six said it."""
+    """Squares of rates that the Earth's rate alone told apart made levels of 21 m/s²: two of six seeds."""
     small = shipped("small_uav")
     hidden = ("gyro.scale_factor_asymmetry=0.05 %",)
     table, _ = simulate(small, None, hidden, seed, settings_of(small.spec))
