@@ -34,7 +34,7 @@ def test_sums_at_a_temperature_promise_what_every_power_on_does(name: str) -> No
     for temperatures, repeats in ((1, 3), (3, 2), (4, 4)):
         visits = offers.visits(repeats * even(offers, temperatures))
         made = _made(flight, laid_out(flight, visits, first_only=True))
-        each, wanted = _kinds(flight, made, None), asked_of(flight, exact=True, days=3.0)
+        each, wanted = _kinds(flight, made), asked_of(flight, exact=True, days=3.0)
         together = each.together(made.runs.counts)
         assert len(together.kinds) < len(each.kinds)
         alone = promise_of(flight, each, wanted).figures(made.runs.counts[None])
@@ -47,7 +47,7 @@ def test_benches_whose_thermometers_differ_stay_apart() -> None:
     flight = _flights()["thermometers"]
     offers, _ = on_offer(flight)
     made = _made(flight, laid_out(flight, offers.visits(2 * even(offers, 2)), first_only=True))
-    kinds = _kinds(flight, made, None)
+    kinds = _kinds(flight, made)
     known = {(k.temperature_degc, k.bench) for k in kinds.kinds}
     assert {(k.temperature_degc, k.bench) for k in kinds.together(made.runs.counts).kinds} == known
 
