@@ -94,9 +94,7 @@ def diagnose(
         wrong = (*wrong, unlike)
         effects, theirs = of_their_power_ons(effects, data)
         spans = [*spans, *theirs]
-    temperatures = Temperatures(found, data)
-    wrong = (*wrong, *thermometer_beside(effects, wrong, temperatures))
-    effects, falls, rest = beside_the_bench(effects, unknown, wrong, temperatures)
+    wrong, effects, falls, rest = _without_the_bench(found, data, effects, unknown, wrong)
     spans, unknown = [*spans, *falls], [*unknown, *rest]
     untestable += _of_references(found, spec, {one.hypothesis for one in wrong})
     return UnitDiagnosis(
@@ -115,6 +113,19 @@ def diagnose(
         refused=(*(r for s in found for r in _refused(s)), *spans),
         kept=None if every else kept,
     )
+
+
+def _without_the_bench(
+    found: Sequence[SensorFound],
+    data: Prepared,
+    effects: Sequence[FoundEffect],
+    unknown: Sequence[Unknown],
+    wrong: tuple[ReferenceSuspect, ...],
+) -> tuple[tuple[ReferenceSuspect, ...], list[FoundEffect], list[Refused], list[Unknown]]:
+    """The suspects with a thermometer that the channels are of each other, and `beside_the_bench` of them."""
+    temperatures = Temperatures(found, data)
+    wrong = (*wrong, *thermometer_beside(effects, wrong, temperatures))
+    return wrong, *beside_the_bench(effects, unknown, wrong, temperatures)
 
 
 def _of_the_bench(found: Sequence[SensorFound], judged: Judged, spec: Spec) -> Iterator[ReferenceSuspect]:

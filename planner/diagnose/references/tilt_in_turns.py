@@ -21,6 +21,7 @@ coefficients of which records tell hardly anything cost a base that leans its na
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.diagnose.references.bench_directions import UNLOADED, loaded
 from planner.effects._bench_frame import turning
@@ -47,10 +48,19 @@ def parts_of_turns(conditions: Conditions, duration: Array, least: float = LEAST
     return bool(np.any(np.abs(_left(conditions, duration)) > least))
 
 
+def _half(conditions: Conditions, duration: Array) -> Array:
+    """(n,) rad, θ / 2."""
+    return np.asarray(np.linalg.norm(conditions.rate, axis=1) * duration / 2.0)
+
+
+def _turns(conditions: Conditions) -> NDArray[np.bool_]:
+    """(n,) whether a record turns under gravity alone."""
+    return turning(conditions) & ~loaded(conditions)
+
+
 def _left(conditions: Conditions, duration: Array) -> Array:
     """(n,) s of records that turn under gravity alone, 0 of others."""
-    half = np.linalg.norm(conditions.rate, axis=1) * duration / 2.0
-    return np.where(turning(conditions) & ~loaded(conditions), np.sinc(half / np.pi), 0.0)
+    return np.where(_turns(conditions), np.sinc(_half(conditions, duration) / np.pi), 0.0)
 
 
 def tilted_turns(conditions: Conditions, duration: Array, parts: bool) -> list[Array]:
@@ -59,13 +69,11 @@ def tilted_turns(conditions: Conditions, duration: Array, parts: bool) -> list[A
     duration: (n,) s; parts: whether to ask for what is left of s, else those directions are zero
     """
     f = conditions.specific_force / STANDARD_GRAVITY_MPS2
-    turns = turning(conditions) & ~loaded(conditions)
-    axis = np.where(turns[:, None], unit(conditions.rate), 0.0)
+    axis = np.where(_turns(conditions)[:, None], unit(conditions.rate), 0.0)
     axis = np.where(np.abs(axis) < LEAST, 0.0, axis)
     along = np.sum(axis * f, axis=1)
     level, upright = np.abs(along) < UNLOADED, np.abs(along) > UPRIGHT
-    half = np.linalg.norm(conditions.rate, axis=1) * duration / 2.0
-    left = _left(conditions, duration) * parts
+    half, left = _half(conditions, duration), _left(conditions, duration) * parts
     found: list[Array] = []
     for k in range(AXES):
         one = np.broadcast_to(np.eye(AXES)[k], f.shape)
