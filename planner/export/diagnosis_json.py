@@ -66,6 +66,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
                 "upper_limit95": shown(n.upper_limit, n.unit),
                 "unit": n.unit,
                 "sensor": n.sensor,
+                "nonlinear": _parameters(n.nonlinear),
             }
             for n in found.not_found
         ],
@@ -96,8 +97,12 @@ def _effect(e: FoundEffect) -> dict[str, Any]:
         "below_bench_uncertainty": e.below_bench_uncertainty,
         "sensor": e.sensor,
         "strength_sigma": figure(e.strength),
-        "nonlinear": {name: figure(value) for name, value in e.nonlinear.items()},
+        "nonlinear": _parameters(e.nonlinear),
     }
+
+
+def _parameters(nonlinear: Mapping[str, float]) -> dict[str, float | None]:
+    return {name: figure(value) for name, value in nonlinear.items()}
 
 
 def _term(t: FoundTerm) -> dict[str, Any]:
@@ -235,10 +240,7 @@ def _diagnosis(d: Mapping[str, Any]) -> Diagnosis:
                 )
                 for u in d["unknown"]
             ),
-            not_found=tuple(
-                NotFound(n["effect"], n["sensor"], _si(n["upper_limit95"], n["unit"]), n["unit"])
-                for n in d["not_found"]
-            ),
+            not_found=tuple(_not_found_from(n) for n in d["not_found"]),
             untestable=tuple(Untestable(u["effect"], u["sensor"], u["why"]) for u in d["untestable"]),
             evidence=(),
             assumptions=tuple(_assumption_from(a) for a in d.get("assumptions", ())),
@@ -264,6 +266,11 @@ def _campaign_from(c: Mapping[str, Any] | None) -> CampaignCost | None:
     return CampaignCost(float_from(c["time_s"]), float_from(c["time_as_measured_s"]), c.get("why") or "")
 
 
+def _not_found_from(n: Mapping[str, Any]) -> NotFound:
+    limit = _si(n["upper_limit95"], n["unit"])
+    return NotFound(n["effect"], n["sensor"], limit, n["unit"], _parameters_from(n.get("nonlinear", {})))
+
+
 def _effect_from(e: Mapping[str, Any]) -> FoundEffect:
     if e["effect"] not in catalog.effects():
         raise ValueError(f"unknown effect {e['effect']!r}")
@@ -278,8 +285,12 @@ def _effect_from(e: Mapping[str, Any]) -> FoundEffect:
         strength=float_from(e["strength_sigma"]),
         rivals=tuple(Rival(r["effect"], float_from(r["separated_by"])) for r in e["rivals"]),
         below_bench_uncertainty=bool(e["below_bench_uncertainty"]),
-        nonlinear={name: float_from(v) for name, v in e["nonlinear"].items()},
+        nonlinear=_parameters_from(e["nonlinear"]),
     )
+
+
+def _parameters_from(nonlinear: Mapping[str, Any]) -> dict[str, float]:
+    return {name: float_from(v) for name, v in nonlinear.items()}
 
 
 def _term_from(t: Mapping[str, Any]) -> FoundTerm:

@@ -140,12 +140,16 @@ class RowLeftOut:
 
 @dataclass(frozen=True)
 class NotFound:
-    """An effect that was looked for in vain: no larger than this with 95 % confidence, SI."""
+    """An effect that was looked for in vain: no larger than this with 95 % confidence, SI.
+
+    nonlinear: the parameters at which that holds, the nearest to their defaults that the data tell at all
+    """
 
     effect: str
     sensor: Sensor
     upper_limit: float
     unit: str
+    nonlinear: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

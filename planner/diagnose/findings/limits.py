@@ -9,6 +9,7 @@ import numpy as np
 from planner import catalog
 from planner.campaign.channel_model import EXCITING
 from planner.diagnose.channels.prepared import Prepared
+from planner.diagnose.findings.suspects import alias_of
 from planner.diagnose.hypotheses.candidates import (
     LEAST_DAYS,
     LEAST_OF_A_TABLE,
@@ -20,6 +21,7 @@ from planner.diagnose.hypotheses.estimates import Estimate, estimates
 from planner.diagnose.hypotheses.pool import Pool, given
 from planner.diagnose.hypotheses.within_input import most_of_terms
 from planner.diagnose.noise.channel_noise import LEAST_RUNS, least_freedom
+from planner.diagnose.references.references import REFERENCES
 from planner.diagnose.search.sensor import SensorFound
 from planner.dwells.dwell_columns import SINGLES
 from planner.nouns.conditions import Conditions
@@ -48,21 +50,39 @@ def limits(
     """Every effect of the library that exists on the sensor, is not declared and was not found."""
     pool = s.found.pool
     here = given(pool, s.found.all)
-    known = {pool.blocks[b].name for b in s.found.library if not pool.blocks[b].reference}
+    believed = [pool.blocks[b] for b in s.found.library]
+    known = {b.name for b in believed if not b.reference}
+    as_bench = {alias_of(b): b.name for b in believed if b.reference}
     driven = s.channels[0].model.conditions
     not_found, untestable = [], []
     for name, effect in catalog.effects().items():
         if name in declared or name in known or s.sensor not in effect.sensors:
             continue
-        why = _impossible(s, effect) or _missing(effect, data) or _unseen(s, data, effect)
+        why = (
+            _impossible(s, effect)
+            or _of_the_bench(as_bench.get(name, ""))
+            or _missing(effect, data)
+            or _unseen(s, data, effect)
+        )
         each = [] if why else list(_determined(here, effect, driven))
-        within = [abs(e.value) + e.half for e, most in each if abs(e.value) + e.half < A_LIMIT * most]
-        if within and max(within) > 0.0:
-            not_found.append(NotFound(name, s.sensor, max(within), effect.units[s.sensor]))
+        sizes = [(abs(e.value) + e.half, most, e.block) for e, most in each]
+        within = [(size, b) for size, most, b in sizes if size < A_LIMIT * most]
+        limit, widest = max(within, default=(0.0, 0))
+        if limit > 0.0:
+            unit, at = effect.units[s.sensor], here.blocks[widest].nonlinear
+            not_found.append(NotFound(name, s.sensor, limit, unit, dict(at)))
         else:
             why = why or (BEYOND_INPUT if each else _why(effect, data, s))
             untestable.append(Untestable(name, s.sensor, why))
     return not_found, untestable
+
+
+def _of_the_bench(name: str) -> str:
+    """Why an effect has no limit where a reference is suspected of what it would do itself."""
+    if not name:
+        return ""
+    record = REFERENCES[name].record
+    return f"one with {name.replace('_', ' ')}, which is suspected" + (record and f": {record} would tell")
 
 
 def _impossible(s: SensorFound, effect: Effect) -> str:
@@ -104,7 +124,10 @@ def _determined(here: Pool, effect: Effect, driven: Conditions) -> Iterator[tupl
 
 
 def _nearest_to_default(here: Pool, effect: Effect) -> list[int]:
-    """On every channel the block whose parameters are nearest to their defaults, as shares of the ranges."""
+    """On every channel the block whose parameters are nearest to their defaults, as shares of the ranges.
+
+    Its own equation in every record: a limit on what acts at rest alone is none on the effect.
+    """
 
     def off(b: int) -> float:
         value = here.blocks[b].nonlinear
@@ -115,7 +138,7 @@ def _nearest_to_default(here: Pool, effect: Effect) -> list[int]:
         return float(np.sum(np.square(scaled)))
 
     best: dict[tuple[int, ...], int] = {}
-    mine = [i for i, b in enumerate(here.blocks) if b.name == effect.name and not b.generic]
+    mine = [i for i, b in enumerate(here.blocks) if b.name == effect.name and not (b.generic or b.place)]
     for b in sorted(mine, key=off):
         best.setdefault(here.blocks[b].channels, b)
     return list(best.values())

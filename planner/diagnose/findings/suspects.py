@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.estimates import Estimate, estimates
 from planner.diagnose.hypotheses.found import free, on
 from planner.diagnose.hypotheses.pool import given
@@ -60,11 +61,17 @@ def _suspect(s: SensorFound, b: int) -> ReferenceSuspect:
         strength=float(np.sqrt(s.found.share(b).delta)),
         check=r.check + _where(s, b),
         separated_by=_apart(s, b),
-        alias=r.alias_at.get(block.place, r.alias),
+        alias=alias_of(block),
         record=r.record,
         stated=block.stated * (DEGREES if r.unit == "deg" else 1.0),
         chance=_chance(sizes, block.stated),
     )
+
+
+def alias_of(block: Block) -> str:
+    """The sensor's error that no data tell from what a reference does in its place; nothing for an effect."""
+    r = REFERENCES.get(block.name)
+    return r.alias_at.get(block.place, r.alias) if r is not None else ""
 
 
 def _where(s: SensorFound, b: int) -> str:

@@ -15,6 +15,7 @@ from planner.report.charts import residuals
 from planner.report.numbers import digits, level
 from planner.report.subjects import diagnosis_findings as findings
 from planner.report.subjects import diagnosis_next as further
+from planner.report.subjects import diagnosis_not_found as not_found
 from planner.report.subjects import diagnosis_words as words
 
 MOST_CHANNELS = 6
@@ -121,8 +122,8 @@ def sections(diagnosis: Diagnosis, table: DwellTable) -> tuple[Section, ...]:
         section("rivals", "Rivals, and what to measure next", *rivals),
         section("assumptions", "What the spec assumes", words.assumptions_table(found), only="page"),
         section("refused", "Tried and not entered", findings.refused_table(found)),
-        section("limits", "What was looked for in vain", words.limits_table(found), only="page"),
-        section("untestable", "What these data cannot show", words.untestable_table(found), only="page"),
+        section("limits", "What was looked for in vain", not_found.limits_table(found), only="page"),
+        section("untestable", "What these data cannot show", not_found.untestable_table(found), only="page"),
         section("unseen", "What these data cannot show", _untestable(diagnosis), only="console"),
         section("basis", "How to read this", Items(tuple(_basis(diagnosis))), only="page"),
     )

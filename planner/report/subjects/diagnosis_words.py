@@ -374,21 +374,3 @@ def _assumption_row(a: Assumption, exceeded: bool) -> tuple[str, ...]:
         _interval(a.low, a.high, a.unit) if told else NOTHING,
         "above, as one of so many is by chance" if by_chance else "contradicted" if odd else "",
     )
-
-
-def limits_table(found: UnitDiagnosis) -> Table | None:
-    """Effects looked for in vain: no larger than this."""
-    return table(
-        "Looked for and not found: upper limits, 95 %",
-        "effect | sensor | no larger than",
-        ((plain_name(n.effect), n.sensor, quantity(n.upper_limit, n.unit, 2)) for n in found.not_found),
-    )
-
-
-def untestable_table(found: UnitDiagnosis) -> Table | None:
-    """Effects that these data cannot show."""
-    return table(
-        "Untestable, and why",
-        "effect | sensor | why",
-        ((plain_name(u.effect), u.sensor or "both", u.why) for u in found.untestable),
-    )

@@ -1,0 +1,67 @@
+"""What a diagnosis calls "no larger than", hidden three times as large: found, or the limit holds it."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import pytest
+
+from planner.diagnose.dwells_to_diagnosis import diagnose
+from planner.nouns.diagnosis import UnitDiagnosis
+from planner.pipelines.data import simulate
+from planner.simulate.settings import settings_of
+from planner.units import from_si
+from tests.specs import shipped
+
+UNIT = shipped("small_uav")
+TIMES = 3.0
+
+
+@cache
+def found(seed: int, *hidden: str) -> UnitDiagnosis:
+    """The campaign of small_uav's tests: six faces and turns at -60, -30 … 60 °C, in that order."""
+    table, _ = simulate(UNIT, None, hidden, seed, settings_of(UNIT.spec))
+    return diagnose(table, UNIT.spec)
+
+
+@pytest.mark.parametrize(
+    ("effect", "seed"),
+    [
+        ("hysteresis", 1),  # its limit was that of an effect at rest alone, a seventieth of its own
+        ("settling", 1),
+    ],
+)
+@pytest.mark.further(
+    ("effect", "seed"),
+    [
+        *[(e, s) for e in ("hysteresis", "settling") for s in (2, 3)],
+        *[(e, s) for e in ("g_sensitivity", "scale_factor_asymmetry", "earth_rate") for s in (1, 2)],
+    ],
+)
+def test_a_limit_holds_what_it_denies(effect: str, seed: int) -> None:
+    """Of its three channels at least the one that has the whole size, at the parameters that are told."""
+    limit = next(n for n in found(seed).not_found if (n.effect, n.sensor) == (effect, "gyro"))
+    size = TIMES * limit.upper_limit
+    at = "".join(f",{name}={value:.9g} s" for name, value in limit.nonlinear.items())
+    after = found(seed, f"gyro.{effect}={from_si(size, limit.unit):.9g} {limit.unit}{at}")
+    held = [n.upper_limit for n in after.not_found if (n.effect, n.sensor) == (effect, "gyro")]
+    assert effect in _told(after) or all(limit > 0.9 * size for limit in held)
+
+
+def _told(diagnosis: UnitDiagnosis) -> set[str]:
+    """Effects, their rivals, and what a suspected reference cannot be told from."""
+    named = {name for e in diagnosis.effects for name in (e.effect, *(r.effect for r in e.rivals))}
+    return named | {r.alias for r in diagnosis.reference_suspects}
+
+
+@pytest.mark.parametrize("seed", [2])
+@pytest.mark.further("seed", [5, 6])
+def test_a_suspected_bench_leaves_no_limit_on_its_alias(seed: int) -> None:
+    """Three asymmetries alike are a table's rate or theirs; "no larger than half of them" stood beside it."""
+    alike = [f"gyro.scale_factor_asymmetry.{a}=2.7e-5 1" for a in "xyz"]
+    after = found(seed, *alike)
+    assert {r.alias for r in after.reference_suspects} == {"scale_factor_asymmetry"}
+    why = next(u.why for u in after.untestable if (u.effect, u.sensor) == ("scale_factor_asymmetry", "gyro"))
+    assert "table rate" in why
+    assert "timed against a clock" in why
+    assert "scale_factor_asymmetry" not in {n.effect for n in after.not_found if n.sensor == "gyro"}
