@@ -37,12 +37,12 @@ from planner.plan.visits_to_observability import ENOUGH, Visits, asked_errors, c
 from planner.protocols import SENSORS
 from planner.spec.even_points import even_points
 from planner.spec.model import Spec
-from planner.spec.references import BenchAccuracy
 
 if TYPE_CHECKING:  # `check` asks without a task, whose modules take 25 ms to import
     from planner.plan.task import Task
 
 LONGER = (4, 16, 64, 256, 1024, 4096, 16_384, 65_536)  # times as long, by which records are tried
+Stated = tuple[str, str]  # bench and key of `benches.<bench>.accuracy.<key>`
 LOST = 100.0  # times what an error is known to without a calibration: by information nothing tells it then
 
 
@@ -117,11 +117,26 @@ def _refused(
     return visits, found
 
 
-def _with_perfect_references(spec: Spec) -> Spec:
-    benches = {
-        name: bench.model_copy(update={"accuracy": BenchAccuracy()}) for name, bench in spec.benches.items()
-    }
+def _stated_accuracies(spec: Spec) -> list[Stated]:
+    return [
+        (bench, key)
+        for bench, one in spec.benches.items()
+        for key in type(one.accuracy).model_fields
+        if getattr(one.accuracy, key) > 0.0
+    ]
+
+
+def _with_perfect(spec: Spec, stated: Sequence[Stated]) -> Spec:
+    """The spec as if those references were exact."""
+    benches = dict(spec.benches)
+    for bench, key in stated:
+        accuracy = benches[bench].accuracy.model_copy(update={key: 0.0})
+        benches[bench] = benches[bench].model_copy(update={"accuracy": accuracy})
     return spec.model_copy(update={"benches": benches})
+
+
+def _with_perfect_references(spec: Spec) -> Spec:
+    return _with_perfect(spec, _stated_accuracies(spec))
 
 
 def observable_campaign(task: Task, chosen: Campaign) -> Campaign:
@@ -208,22 +223,11 @@ def _that_err(spec: Spec, visits: Visits, error: ErrorName, largest: bool) -> li
     def tells(better: Spec) -> bool:
         return all(u.error != error for u in unobservable_in(better, visits, largest=largest))
 
-    stated = [
-        (bench, key)
-        for bench, one in spec.benches.items()
-        for key in type(one.accuracy).model_fields
-        if getattr(one.accuracy, key) > 0.0
-    ]
-    if not stated or not tells(_with_perfect_references(spec)):
+    stated = _stated_accuracies(spec)
+    if not stated or not tells(_with_perfect(spec, stated)):
         return []
-    alone = [one for one in stated if tells(_with_perfect(spec, *one))]
+    alone = [one for one in stated if tells(_with_perfect(spec, [one]))]
     return [f"benches.{bench}.accuracy.{key}" for bench, key in alone or stated]
-
-
-def _with_perfect(spec: Spec, bench: str, key: str) -> Spec:
-    accuracy = spec.benches[bench].accuracy.model_copy(update={key: 0.0})
-    better = spec.benches[bench].model_copy(update={"accuracy": accuracy})
-    return spec.model_copy(update={"benches": {**spec.benches, bench: better}})
 
 
 def _longer(spec: Spec, visits: Visits, error: ErrorName, largest: bool) -> int | None:
