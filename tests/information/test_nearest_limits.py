@@ -54,7 +54,7 @@ def named(made: Tree) -> list[float]:
     return limits
 
 
-SAMPLE = ["rss", "percentile at the worst temperature", "rss and percentile that cannot be had together"]
+SAMPLE = ["rss", "percentile at the worst temperature"]
 
 
 @pytest.mark.parametrize("kind", SAMPLE)

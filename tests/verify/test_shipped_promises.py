@@ -31,14 +31,13 @@ FLIGHTS = 200  # one of them outside still leaves the interval of the share abov
 @pytest.mark.parametrize(
     "name",
     [
-        "close_the_loop",
         "high_g",
         "published_optimum",
         "small_uav",
         "starter",
     ],
 )
-@pytest.mark.further("name", ["helicopter", "recalibration", "tactical_leg"])
+@pytest.mark.further("name", ["close_the_loop", "helicopter", "recalibration", "tactical_leg"])
 def test_the_promise_is_kept(name):
     loaded, document = shipped(name), shipped_document(name)
     trajectory = trajectory_of(loaded.spec.trajectory, loaded.folder)

@@ -29,7 +29,7 @@ from planner.diagnose.channels.prepared import Prepared
 from planner.diagnose.findings.lagging_thermometer import Seen, curves, degree_of, seen_of
 from planner.diagnose.hypotheses.pool import inverse
 from planner.diagnose.noise.whitened import SEEN, Whitened
-from planner.diagnose.references.thermometer_offset import NAME
+from planner.diagnose.references.thermometer_offset import NAME, RECORD
 from planner.diagnose.search.sensor import SensorFound
 from planner.diagnose.vetoes.verdicts import LEAST_RUNS
 from planner.nouns.array import Array
@@ -41,6 +41,7 @@ from planner.temperature_table import GAP_K
 COURSE = {"temperature_degc", "temperature_rate", "time_on", "day"}
 AGREES = 0.4  # α from which it is one temperature; half way to nothing, and what strays lowers it
 DENIED = 0.25  # α below which the others deny it
+WITNESSES = 2  # a sensor that warms up does so on every channel: two of random sizes agree one time in four
 SURE = 5.0  # sigma of the others together, either way
 FLAT = 0.3  # λ of the root mean square slope: where a curve is flat a channel knows no temperature
 STEP_K = 0.5  # on either side, for a slope
@@ -55,6 +56,7 @@ class OneTemperature:
     """share: α; sure: E, sigma at which the others would show a temperature; kelvin: δT, root mean square
 
     least, most: α of those that know it by themselves: each channel of the same sensor, all of the other one
+    witnesses: how many these are; one alone may have an effect of its own of about that size
     """
 
     share: float = 0.0
@@ -62,11 +64,13 @@ class OneTemperature:
     kelvin: float = 0.0
     least: float = 0.0
     most: float = 0.0
+    witnesses: int = 0
 
     @property
     def agreed(self) -> bool:
         """Whether the other channels show the same temperature, and none that knows it another one."""
-        return self.share * self.sure > SURE and self.least >= AGREES and self.most <= 1.0 / AGREES
+        sure = self.share * self.sure > SURE and self.witnesses >= WITNESSES
+        return sure and self.least >= AGREES and self.most <= 1.0 / AGREES
 
     @property
     def denied(self) -> bool:
@@ -124,6 +128,7 @@ class Temperatures:
             float(np.sqrt(np.mean([np.mean(x**2) for _, x in each]))),
             min(shares, default=0.0),
             max(shares, default=0.0),
+            len(shares),
         )
 
     def _knows(self, other: str, channel: str) -> str:
@@ -143,7 +148,7 @@ class Temperatures:
             yield ReferenceSuspect(
                 NAME, one.kelvin, one.kelvin - half, one.kelvin + half, "K", e.channels,
                 float(chi_square_tail(strength**2, 1)), strength, CHECK.format(what=what, channels=channels),
-                strength, e.effect,
+                strength, e.effect, RECORD,
             )  # fmt: skip
 
     @cached_property

@@ -71,7 +71,7 @@ def _suspect(s: SensorFound, b: int) -> ReferenceSuspect:
 def alias_of(block: Block) -> str:
     """The sensor's error that no data tell from what a reference does in its place; nothing for an effect."""
     r = REFERENCES.get(block.name)
-    return r.alias_at.get(block.place, r.alias) if r is not None else ""
+    return (r.alias_at(block.place) or r.alias) if r is not None else ""
 
 
 def _where(s: SensorFound, b: int) -> str:

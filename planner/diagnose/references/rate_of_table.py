@@ -49,6 +49,13 @@ def off_by_a_share(c: Channel, table: DwellTable, place: float) -> Array:
     return through_the_unit(c, [conditions.rate * share[:, None]])
 
 
+def of_every_gyro(place: float) -> str:
+    """The error that the gyros would have in common, were it not the table: of other places a curve."""
+    if place == 0.0:
+        return "scale_factor"
+    return "scale_factor_asymmetry" if place in (ONE_WAY, OTHER_WAY) else "scale_factor_nonlinearity"
+
+
 def set_ways(table: DwellTable) -> Sequence[float]:
     """Above which rates a table may be wrong, in which sense of turning, and how, as far as it turned so."""
     if table.ref_rate is None:

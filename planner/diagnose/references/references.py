@@ -33,7 +33,7 @@ from planner.diagnose.references.earth_in_turns import as_at_rest, known_at_rest
 from planner.diagnose.references.fixture_faces import leaning_faces, resting_on_faces
 from planner.diagnose.references.rate_of_arm import off_at_each_load, set_loads
 from planner.diagnose.references.rate_of_each_level import off_at_each_level, set_rates
-from planner.diagnose.references.rate_of_table import ONE_WAY, OTHER_WAY, off_by_a_share, set_ways
+from planner.diagnose.references.rate_of_table import of_every_gyro, off_by_a_share, set_ways
 from planner.diagnose.references.table_axis import beside_an_arm, off_the_axis
 from planner.diagnose.references.tumbles import TERMS, forgotten_rate, without_north
 from planner.effects._bench_frame import turning
@@ -89,7 +89,7 @@ class Reference:
     bounds: Callable[[DwellTable], tuple[Array, Array]] | None = None
     unlike: float = 0.5
     alias: str = ""
-    alias_at: Mapping[float, str] = field(default_factory=dict)
+    alias_at: Callable[[float], str] = lambda place: ""
     record: str = ""
     by_channel: bool = False
     narrow: bool = False
@@ -251,7 +251,7 @@ REFERENCES: Mapping[str, Reference] = {
             stated=lambda accuracy: accuracy.rate,
             places=set_ways,
             alias="scale_factor",
-            alias_at={ONE_WAY: "scale_factor_asymmetry", OTHER_WAY: "scale_factor_asymmetry"},
+            alias_at=of_every_gyro,
             unlike=ONE_SCALE,
             largest={"gyro": MOST_SCALE},
             record="whole turns timed against a clock",

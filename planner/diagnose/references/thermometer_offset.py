@@ -13,9 +13,10 @@ from planner.nouns.diagnosis import Untestable
 from planner.spec.model import Spec
 
 NAME = "thermometer_offset"
+RECORD = "the same records beside a second thermometer at the unit's own place"
 WHY = (
     "a thermometer that reads a constant too much looks like declared curves that lie so much further along "
-    "the temperature; the same records beside a second thermometer at the unit's own place would tell"
+    f"the temperature; {RECORD} would tell"
 )
 
 

@@ -8,13 +8,18 @@ import numpy as np
 import pytest
 
 from planner.diagnose.channels.prepared import prepared
+from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.diagnose.findings.beside_the_bench import beside_the_bench
 from planner.diagnose.findings.of_one_temperature import Temperatures
+from planner.diagnose.references.references import REFERENCES
 from planner.nouns.diagnosis import FoundEffect, ReferenceSuspect, Unknown
 from planner.nouns.dwell_table import DwellTable
+from planner.pipelines.data import simulate
 from planner.protocols import Sensor
+from planner.simulate.settings import settings_of
 from tests.diagnose.hall import Hall, days, hidden, read, sweeps
 from tests.diagnose.worlds import whole
+from tests.specs import shipped
 
 MOUNTING = ReferenceSuspect("mounting", 0.1, 0.09, 0.11, "deg", ("gyro_x",), 1e-9, 30.0, "", 20.0)
 THERMOMETER = replace(MOUNTING, hypothesis="thermometer_lag", unit="s")
@@ -173,3 +178,21 @@ def test_accelerometers_that_warm_up_each_by_its_own_size(seed: int) -> None:
     assert not found.reference_suspects
     assert {e.effect for e in found.effects} == {"warm_up"}
     assert {c for e in found.effects for c in e.channels} == set(ACCELEROMETERS)
+
+
+@pytest.mark.parametrize("seed", [5])
+@pytest.mark.further("seed", [3, 4, 8])
+def test_one_other_channel_that_warms_up_as_well_is_no_witness(seed: int) -> None:
+    """Accelerometer x said 0.6 of what y did, and nobody else knew: "thermometer off by 1.3 K", 7 sigma."""
+    unit = shipped("high_g")
+    table, _ = simulate(unit, None, ("accelerometer.warm_up=1.7 mg",), seed, settings_of(unit.spec))
+    found = diagnose(table, unit.spec)
+    assert "thermometer_offset" not in {s.hypothesis for s in found.reference_suspects}
+    assert {e.effect for e in found.effects} == {"warm_up"}
+
+
+def test_who_is_one_with_a_sensors_error_names_the_record_that_tells() -> None:
+    for r in REFERENCES.values():
+        assert bool(r.alias) <= bool(r.record), r.name
+    found = whole(_late_log(sweeps(1), 1, 400.0))
+    assert all(s.record for s in found.reference_suspects if s.alias)

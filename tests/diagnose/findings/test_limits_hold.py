@@ -65,3 +65,15 @@ def test_a_suspected_bench_leaves_no_limit_on_its_alias(seed: int) -> None:
     assert "table rate" in why
     assert "timed against a clock" in why
     assert "scale_factor_asymmetry" not in {n.effect for n in after.not_found if n.sensor == "gyro"}
+
+
+@pytest.mark.parametrize("seed", [3])
+@pytest.mark.further("seed", [7, 8])
+def test_a_rate_that_is_off_at_one_speed_is_the_gyros_common_curve(seed: int) -> None:
+    """It was called one with their scale factor, which the declared model has, at any size."""
+    unit = shipped("tactical_leg")
+    alike = [f"gyro.scale_factor_nonlinearity.{a}=3e-5 1" for a in "xyz"]
+    table, _ = simulate(unit, None, alike, seed, settings_of(unit.spec))
+    after = diagnose(table, unit.spec)
+    assert {r.alias for r in after.reference_suspects} == {"scale_factor_nonlinearity"}
+    assert "scale_factor_nonlinearity" not in {n.effect for n in after.not_found if n.sensor == "gyro"}

@@ -89,8 +89,8 @@ def test_an_effect_of_all_accelerometers(name: str, seed: int) -> None:
     assert told == {(name, f"accelerometer_{a}") for a in "xyz"}
 
 
-@pytest.mark.parametrize(("seed", "size"), [(84, 2e-4), (86, 2e-3)])
-@pytest.mark.further(("seed", "size"), [(85, 4e-4)])
+@pytest.mark.parametrize(("seed", "size"), [(84, 2e-4)])
+@pytest.mark.further(("seed", "size"), [(85, 4e-4), (86, 2e-3)])
 @pytest.mark.parametrize("channels", [1, 3])
 def test_a_misalignment_that_grows_with_temperature_is_no_cube_of_the_input(
     seed: int, size: float, channels: int

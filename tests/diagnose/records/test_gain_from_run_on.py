@@ -17,7 +17,8 @@ SPEC = shipped("small_uav").spec
 FIRST = 12
 
 
-@pytest.mark.parametrize("what", ["mixed_units", "table_rate", "local_gravity"])
+@pytest.mark.parametrize("what", ["mixed_units", "table_rate"])
+@pytest.mark.further("what", ["local_gravity"])
 @pytest.mark.parametrize("seed", [131])
 @pytest.mark.further("seed", [132, 133, 134])
 def test_it_is_named_with_its_size(seed: int, what: str) -> None:

@@ -56,8 +56,8 @@ def test_of_two_channels_it_is_the_units_own(seed: int) -> None:
     assert not found.rows_left_out
 
 
-@pytest.mark.parametrize(("seed", "tails"), [(21, 0.0), (22, 2.5)])
-@pytest.mark.further(("seed", "tails"), [(23, 2.5), (24, 0.0)])
+@pytest.mark.parametrize(("seed", "tails"), [(22, 2.5)])
+@pytest.mark.further(("seed", "tails"), [(21, 0.0), (23, 2.5), (24, 0.0)])
 def test_no_level_is_off_of_a_plain_campaign(seed: int, tails: float) -> None:
     table, _ = campaign(seed, tails=tails)
     assert not whole(table).reference_suspects

@@ -103,7 +103,8 @@ def _tilted(seed: int, layout: str, only: bool) -> tuple[DwellTable, int, float]
     return read(hall, seed, felt=felt), first, size
 
 
-@pytest.mark.parametrize(("layout", "only"), [("days", False), ("days", True), ("chamber", False)])
+@pytest.mark.parametrize(("layout", "only"), [("days", True), ("chamber", False)])
+@pytest.mark.further(("layout", "only"), [("days", False)])
 @pytest.mark.parametrize("seed", [41])
 @pytest.mark.further("seed", [43, 44])
 def test_a_base_that_leans_from_a_run_on_is_said_with_the_run(seed: int, layout: str, only: bool) -> None:
@@ -129,7 +130,8 @@ def test_a_base_that_leans_throughout_has_no_run_at_which_it_began(seed: int) ->
     assert "run" not in suspect.check
 
 
-@pytest.mark.parametrize("only", [True, False])
+@pytest.mark.parametrize("only", [True])
+@pytest.mark.further("only", [False])
 @pytest.mark.parametrize("seed", [61])
 @pytest.mark.further("seed", [62, 63])
 def test_a_fixture_that_is_turned_is_an_azimuth_with_the_run(seed: int, only: bool) -> None:

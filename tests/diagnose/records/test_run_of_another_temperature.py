@@ -32,8 +32,8 @@ def _mistaken(seed: int, layout: str, by: float) -> tuple[DwellTable, int, float
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
-@pytest.mark.parametrize(("seed", "by"), [(1, 17.0), (2, -25.0)])
-@pytest.mark.further(("seed", "by"), [(3, 33.0)])
+@pytest.mark.parametrize(("seed", "by"), [(1, 17.0)])
+@pytest.mark.further(("seed", "by"), [(2, -25.0), (3, 33.0)])
 def test_a_run_of_another_temperature_is_said_with_that_temperature(
     seed: int, by: float, layout: str
 ) -> None:

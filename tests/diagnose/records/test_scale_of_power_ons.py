@@ -33,8 +33,8 @@ def _told(table: DwellTable) -> Shares | None:
     return table_rate_of_power_ons([diagnose_sensor(data, "gyro", tuple(SPEC.effects), 1)], data, [])
 
 
-@pytest.mark.parametrize("seed", [301, 302])
-@pytest.mark.further("seed", [303, 304])
+@pytest.mark.parametrize("seed", [301])
+@pytest.mark.further("seed", [302, 303, 304])
 def test_gyros_that_scatter_together_are_a_table(seed: int) -> None:
     """Silent where the noise of each gyro had it as a spread of its scale factor."""
     shares = SCATTER * np.random.default_rng(seed).normal(size=24)
@@ -91,8 +91,8 @@ def _elsewhere(seed: int, by: np.ndarray) -> DwellTable:
     return read(hall, seed, felt=replace(hall, up=hall.up * (1.0 + by[hall.run - 1])[:, None]))
 
 
-@pytest.mark.parametrize(("seed", "by"), [(341, 2.6e-3), (342, -9e-4)])
-@pytest.mark.further(("seed", "by"), [(343, 5e-4), (344, -2e-3)])
+@pytest.mark.parametrize(("seed", "by"), [(342, -9e-4)])
+@pytest.mark.further(("seed", "by"), [(341, 2.6e-3), (343, 5e-4), (344, -2e-3)])
 def test_a_bench_of_another_gravity_from_some_day_on(seed: int, by: float) -> None:
     """A cubic of three accelerometers was said of it, or their spread was over its budget, and no more."""
     found = diagnose(_elsewhere(seed, np.where(np.arange(24) >= 13, by, 0.0)), SPEC)

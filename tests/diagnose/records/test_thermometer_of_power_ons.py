@@ -88,8 +88,8 @@ def test_a_step_of_one_channel_is_no_thermometer(seed: int) -> None:
     assert {c for e in found.effects for c in e.channels} <= {"accelerometer_y"}
 
 
-@pytest.mark.parametrize("seed", [51, 52])
-@pytest.mark.further("seed", [53, 54])
+@pytest.mark.parametrize("seed", [52])
+@pytest.mark.further("seed", [51, 53, 54])
 def test_a_unit_that_stood_crooked_for_a_day_has_no_other_temperature(seed: int) -> None:
     """Two channels of it went with one temperature, by slopes as far apart as theirs."""
     hall = axes_apart(seed, 4)

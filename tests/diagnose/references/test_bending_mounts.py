@@ -48,8 +48,8 @@ def test_a_fixture_that_bends_with_the_temperature(seed: int, deg: float) -> Non
     assert len(suspect.channels) == 6
 
 
-@pytest.mark.parametrize("seed", [11, 12])
-@pytest.mark.further("seed", [13, 14])
+@pytest.mark.parametrize("seed", [11])
+@pytest.mark.further("seed", [12, 13, 14])
 def test_angles_that_agree_on_no_turn_are_the_sensors(seed: int) -> None:
     """Package and board: those of every channel are its own."""
     hall, rng = days(seed, 30), np.random.default_rng([seed, 92])
@@ -65,8 +65,8 @@ def test_angles_that_agree_on_no_turn_are_the_sensors(seed: int) -> None:
     assert not found.reference_suspects
 
 
-@pytest.mark.parametrize(("seed", "deg"), [(93061, 0.05), (93062, 0.02)])
-@pytest.mark.further(("seed", "deg"), [(93063, 0.03), (93064, 0.1)])
+@pytest.mark.parametrize(("seed", "deg"), [(93062, 0.02)])
+@pytest.mark.further(("seed", "deg"), [(93061, 0.05), (93063, 0.03), (93064, 0.1)])
 def test_mounts_that_give_way_under_load(seed: int, deg: float) -> None:
     """Curves over the load of every channel were said of them, beside two mountings that are none."""
     table, _ = campaign(seed)

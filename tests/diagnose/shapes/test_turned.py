@@ -36,15 +36,16 @@ def _campaign(seed: int, centrifuge: bool) -> tuple[DwellTable, Array]:
     return table, table.ref_rate
 
 
-@pytest.mark.parametrize(("seed", "axis", "centrifuge"), [(72, 1, True), (73, 2, False)])
-@pytest.mark.further(("seed", "axis", "centrifuge"), [(71, 0, False)])
+@pytest.mark.parametrize(("seed", "axis", "centrifuge"), [(73, 2, False)])
+@pytest.mark.further(("seed", "axis", "centrifuge"), [(71, 0, False), (72, 1, True)])
 def test_a_modulus_of_the_rate_is_no_lever_arm(seed: int, axis: int, centrifuge: bool) -> None:
     table, rate = _campaign(seed, centrifuge)
     adds = 3e-3 * G * np.linalg.norm(rate, axis=1) / np.radians(300.0)
     assert _claims(table, adds[:, None] * np.eye(3)[axis]) == {("rate", (axis,))}
 
 
-@pytest.mark.parametrize(("seed", "axis", "centrifuge"), [(81, 0, False), (82, 1, True), (83, 2, False)])
+@pytest.mark.parametrize(("seed", "axis", "centrifuge"), [(82, 1, True)])
+@pytest.mark.further(("seed", "axis", "centrifuge"), [(81, 0, False), (83, 2, False)])
 def test_a_lever_arm_along_one_axis_keeps_its_name(seed: int, axis: int, centrifuge: bool) -> None:
     table, rate = _campaign(seed, centrifuge)
     adds = np.cross(rate, np.cross(rate, 1e-3 * np.eye(3)[axis]))

@@ -22,8 +22,8 @@ def _one_way(table: DwellTable) -> DwellTable:
     return rows_of(table, about.min(axis=1) > -1e-6)
 
 
-@pytest.mark.parametrize("seed", [93040, 93041])
-@pytest.mark.further("seed", [93042, 93043])
+@pytest.mark.parametrize("seed", [93041])
+@pytest.mark.further("seed", [93040, 93042, 93043])
 def test_an_arm_that_bends_stands_by_what_both_parts_are_together(seed: int) -> None:
     """Neither had an interval, nothing of it stood, and an accelerometer had a cross-coupling instead."""
     table, _ = campaign(seed, fault="arm_bending")
