@@ -18,6 +18,7 @@ from planner.nouns.diagnosis import (
     ResidualChange,
     UnitDiagnosis,
     Unknown,
+    Untestable,
     Verdict,
 )
 
@@ -28,6 +29,7 @@ NOTICED = 0.01  # of a requirement's limit
 BEYOND_DOUBT = 10.0  # sigma of an effect, from which something is there whatever becomes of its name
 FORESEEN = 2.0  # sigma by which rows held out are to be moved: less says nothing, whichever way they go
 BY_THE_LOUDEST = 1.01  # ratio of plain residuals, up to which the rows with the most noise may have made it
+MAY_BE = "what varies with {} on {} has no name, and may be it"
 RISES = 1.0  # ratio of the held-out residuals within runs, after to before, from which nothing was gained
 
 
@@ -75,6 +77,27 @@ def refused_by_flight(
         return found, False
     unknown = (*found.unknown, *rest)
     return _judged(found, effects=tuple(stands), refused=(*found.refused, *falls), unknown=unknown), True
+
+
+def limits_that_stand(found: UnitDiagnosis) -> UnitDiagnosis:
+    """The diagnosis without the limits of effects that what has no name may be.
+
+    It goes with their variable, on their sensor: a settling of 0.006 deg/s that was left without a name, as
+    its flight was worse, stood beside "settling: no larger than 0.0015 deg/s".
+    """
+    left: dict[tuple[str, str], list[str]] = {}
+    for u in found.unknown:
+        for c in u.channels:
+            left.setdefault((c.rsplit("_", 1)[0], u.varies_with), []).append(c)
+    known, stands, falls = catalog.effects(), [], []
+    for n in found.not_found:
+        variable = variable_of(known[n.effect], n.sensor)
+        on = left.get((n.sensor, variable or ""), [])
+        if on:
+            falls.append(Untestable(n.effect, n.sensor, MAY_BE.format(variable, ", ".join(on))))
+        else:
+            stands.append(n)
+    return replace(found, not_found=tuple(stands), untestable=(*found.untestable, *falls))
 
 
 def told(e: FoundEffect) -> FoundEffect:

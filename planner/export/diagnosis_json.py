@@ -67,6 +67,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
                 "unit": n.unit,
                 "sensor": n.sensor,
                 "nonlinear": _parameters(n.nonlinear),
+                "terms": list(n.terms),
             }
             for n in found.not_found
         ],
@@ -267,8 +268,8 @@ def _campaign_from(c: Mapping[str, Any] | None) -> CampaignCost | None:
 
 
 def _not_found_from(n: Mapping[str, Any]) -> NotFound:
-    limit = _si(n["upper_limit95"], n["unit"])
-    return NotFound(n["effect"], n["sensor"], limit, n["unit"], _parameters_from(n.get("nonlinear", {})))
+    limit, at = _si(n["upper_limit95"], n["unit"]), _parameters_from(n.get("nonlinear", {}))
+    return NotFound(n["effect"], n["sensor"], limit, n["unit"], at, tuple(n.get("terms", ())))
 
 
 def _effect_from(e: Mapping[str, Any]) -> FoundEffect:

@@ -143,6 +143,7 @@ class NotFound:
     """An effect that was looked for in vain: no larger than this with 95 % confidence, SI.
 
     nonlinear: the parameters at which that holds, the nearest to their defaults that the data tell at all
+    terms: those of which it holds, where the data tell some and not others; empty: of all
     """
 
     effect: str
@@ -150,6 +151,7 @@ class NotFound:
     upper_limit: float
     unit: str
     nonlinear: Mapping[str, float] = field(default_factory=dict)
+    terms: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,13 @@ from planner.diagnose.diagnosis_to_next_measurement import next_measurements
 from planner.diagnose.diagnosis_to_residual import UnitFits, residual_changes, unit_fits
 from planner.diagnose.diagnosis_to_spec import SpecUpdate, updated_spec
 from planner.diagnose.dwells_to_diagnosis import diagnose as diagnose_unit
-from planner.diagnose.evidence_veto import held_to_the_floor, refused_by_flight, refused_by_residual, told
+from planner.diagnose.evidence_veto import (
+    held_to_the_floor,
+    limits_that_stand,
+    refused_by_flight,
+    refused_by_residual,
+    told,
+)
 from planner.diagnose.records.gravity_of_turns import gravity_of_turns
 from planner.dwells.dwell_checks import check_rests
 from planner.dwells.dwell_files import read_dwells
@@ -108,7 +114,7 @@ def _diagnosed(
     progress(f"{found.unit}: what to measure next")
     return Diagnosed(
         Diagnosis(
-            found=found,
+            found=limits_that_stand(found),
             residual=residual,
             navigation=navigation,
             next_measurement=() if loaded.absent else next_measurements(found.effects, fits, loaded.spec),

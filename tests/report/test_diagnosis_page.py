@@ -29,6 +29,7 @@ from planner.nouns.dwell_table import DwellTable
 from planner.report.console import show
 from planner.report.page import html
 from planner.report.subjects.diagnosis import diagnosis_report
+from planner.report.subjects.diagnosis_not_found import limits_table
 from planner.spec.load import load_spec
 from tests.calibrate.world import Hidden, Layout, campaign, sized
 from tests.diagnose.found import found_effect, unit_diagnosis
@@ -48,7 +49,7 @@ def complete() -> Diagnosis:
         verdict="partly_explained",
         effects=(effect,),
         unknown=(Unknown(("acc_x",), "time_on", 0.002, 12.0),),
-        not_found=(NotFound("warm_up", "gyro", 1e-5, "deg/s"),),
+        not_found=(NotFound("warm_up", "gyro", 1e-5, "deg/s", {"time_constant": 600.0}, ("z",)),),
         untestable=(Untestable("ageing", None, "every record is of one day"),),
         assumptions=(
             Assumption("gyro.bias", "run_to_run", "deg/s", 3e-5, 6e-5, 5e-5, 7e-5, 40.0),
@@ -124,6 +125,12 @@ def test_values_are_in_the_units_beside_them(diagnosis):
     assert d["residual"]["acc_x"]["unit"] == "g"
     assert d["residual"]["acc_x"]["before"]["rms"] == pytest.approx(diagnosis.residual[3].before / 9.80665)
     assert d["not_found"][0]["upper_limit95"] == pytest.approx(math.degrees(1e-5))
+
+
+def test_a_limit_says_at_which_parameters_and_of_which_terms_it_is(diagnosis):
+    assert diagnosis_document(diagnosis)["not_found"][0]["terms"] == ["z"]
+    (row,) = limits_table(diagnosis.found).rows
+    assert "(time constant 600 s; z alone)" in row[2].replace("\u202f", " ").replace("\xa0", " ")
 
 
 def test_it_is_json_without_nan_and_the_same_every_time(diagnosis):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from planner.diagnose.search.sensor import SensorFound
 from planner.dwells.dwell_columns import SINGLES
 from planner.nouns.conditions import Conditions
 from planner.nouns.diagnosis import NotFound, Untestable
-from planner.protocols import Condition, Effect
+from planner.protocols import Condition, Effect, Sensor
 from planner.units import from_si
 
 LEAST_K = 1.0  # kelvins between records, below which a chamber is at one temperature
@@ -65,16 +65,26 @@ def limits(
             or _unseen(s, data, effect)
         )
         each = [] if why else list(_determined(here, effect, driven))
-        sizes = [(abs(e.value) + e.half, most, e.block) for e, most in each]
-        within = [(size, b) for size, most, b in sizes if size < A_LIMIT * most]
-        limit, widest = max(within, default=(0.0, 0))
-        if limit > 0.0:
-            unit, at = effect.units[s.sensor], here.blocks[widest].nonlinear
-            not_found.append(NotFound(name, s.sensor, limit, unit, dict(at)))
+        within = [e for e, most in each if _at_most(e) < A_LIMIT * most]
+        if within and max(map(_at_most, within)) > 0.0:
+            not_found.append(_not_found(here, effect, s.sensor, within))
         else:
             why = why or (BEYOND_INPUT if each else _why(effect, data, s))
             untestable.append(Untestable(name, s.sensor, why))
     return not_found, untestable
+
+
+def _at_most(e: Estimate) -> float:
+    return abs(e.value) + e.half
+
+
+def _not_found(here: Pool, effect: Effect, sensor: Sensor, within: Sequence[Estimate]) -> NotFound:
+    """The limit of those terms that the data tell: a channel that never came near it has none."""
+    widest = max(within, key=_at_most)
+    terms = tuple(dict.fromkeys(e.term for e in within))
+    some = terms if len(terms) < len(effect.terms(sensor)) else ()
+    unit, at = effect.units[sensor], here.blocks[widest.block].nonlinear
+    return NotFound(effect.name, sensor, _at_most(widest), unit, dict(at), some)
 
 
 def _of_the_bench(name: str) -> str:

@@ -17,8 +17,9 @@ from planner.nouns.diagnosis import (
 from planner.nouns.sensor import short
 from planner.report.blocks import Items, Table, table
 from planner.report.numbers import SPACE, digits, hours, in_unit, quantity
-from planner.report.subjects.diagnosis_words import chance, length, plain_name
+from planner.report.subjects.diagnosis_words import chance, length, of_the_unit, plain_name
 
+SMALL, PPM = 0.01, 1e-6  # a share below which it is told in millionths
 MOST_ROWS = 40  # of those left out that a page lists
 NAMES = {
     "base_tilt": "base off level",
@@ -49,10 +50,10 @@ def suspects_table(suspects: Sequence[ReferenceSuspect]) -> Table | None:
         (
             (
                 suspect_name(s.hypothesis),
-                digits(s.value, 3),
-                f"{digits(s.low, 3)} … {digits(s.high, 3)}",
-                s.unit,
-                digits(s.stated, 3) if s.stated else "",
+                digits(s.value / _one(s), 3),
+                f"{digits(s.low / _one(s), 3)} … {digits(s.high / _one(s), 3)}",
+                s.unit if _one(s) == 1.0 else "ppm",
+                digits(s.stated / _one(s), 3) if s.stated else "",
                 ", ".join(map(short, s.channels)),
                 chance(s.p_value),
                 digits(s.separated_by, 3) if math.isfinite(s.separated_by) else "",
@@ -64,12 +65,17 @@ def suspects_table(suspects: Sequence[ReferenceSuspect]) -> Table | None:
     )
 
 
+def _one(s: ReferenceSuspect) -> float:
+    """What its sizes are counted in: a small share in ppm."""
+    return PPM if s.unit == "1" and abs(s.value) < SMALL else 1.0
+
+
 def told_by(suspects: Sequence[ReferenceSuspect]) -> Items | None:
     """Each suspect against its stated accuracy; the sensor's error that no record tells it from."""
     stated = tuple(map(_against_stated, (s for s in suspects if s.stated)))
     said = stated + tuple(
-        f"Acting on every record that has it, {suspect_name(s.hypothesis)} is one with a common "
-        f"{plain_name(s.alias)} of the {s.channels[0].split('_')[0]}s; {s.record} would tell."
+        f"Acting on every record that has it, {suspect_name(s.hypothesis)} is one with {of_the_unit(s)}; "
+        f"{s.record} would tell."
         for s in suspects
         if s.alias
     )
@@ -77,7 +83,8 @@ def told_by(suspects: Sequence[ReferenceSuspect]) -> Items | None:
 
 
 def _against_stated(s: ReferenceSuspect) -> str:
-    stated = f"{digits(s.stated, 3)}{'' if s.unit == '1' else SPACE + s.unit}"
+    unit = "ppm" if _one(s) == PPM else s.unit
+    stated = f"{digits(s.stated / _one(s), 3)}{'' if unit == '1' else SPACE + unit}"
     often = (
         "is often off by so much: no fault, and the plan counts it."
         if s.expected

@@ -8,6 +8,8 @@ from planner.report.blocks import Table, table
 from planner.report.numbers import SPACE, digits, quantity
 from planner.report.subjects.diagnosis_words import plain_name
 
+MOST_TERMS = 4  # that are written by name
+
 
 def limits_table(found: UnitDiagnosis) -> Table | None:
     """Effects looked for in vain: no larger than this."""
@@ -19,11 +21,16 @@ def limits_table(found: UnitDiagnosis) -> Table | None:
 
 
 def _limit(n: NotFound) -> str:
-    """`0.024 deg/s (time constant 15 s)`: the parameters at which it holds."""
-    units = {p.name: "" if p.unit == "1" else SPACE + p.unit for p in catalog.effects()[n.effect].parameters}
+    """`0.024 deg/s (time constant 15 s; z alone)`: the parameters at which it holds; terms if not all."""
+    effect = catalog.effects()[n.effect]
+    units = {p.name: "" if p.unit == "1" else SPACE + p.unit for p in effect.parameters}
     at = [f"{plain_name(name)} {digits(value, 2)}{units[name]}" for name, value in n.nonlinear.items()]
+    if len(n.terms) > MOST_TERMS:
+        at.append(f"{len(n.terms)} of {len(effect.terms(n.sensor))} terms")
+    elif n.terms:
+        at.append(f"{', '.join(n.terms)} alone")
     size = quantity(n.upper_limit, n.unit, 2)
-    return f"{size} ({', '.join(at)})" if at else size
+    return f"{size} ({'; '.join(at)})" if at else size
 
 
 def untestable_table(found: UnitDiagnosis) -> Table | None:

@@ -14,6 +14,7 @@ from planner.nouns.diagnosis import (
     FoundTerm,
     NavigationCost,
     NextMeasurement,
+    ReferenceSuspect,
     ResidualChange,
     UnitDiagnosis,
     Unknown,
@@ -99,7 +100,9 @@ def sentence(found: UnitDiagnosis) -> str:
         return "No channel has the readings and references that a test needs."
     if not found.effects and found.faults:
         wrong = joined([s.hypothesis.replace("_", " ") for s in found.faults])
-        text = f"The bench explains what the declared model leaves, not the unit: {wrong}"
+        units = joined(list(dict.fromkeys(of_the_unit(s) for s in found.faults if s.alias)))
+        text = "The bench explains what the declared model leaves"
+        text += f": {wrong}; no record here tells it from {units}" if units else f", not the unit: {wrong}"
         return f"{text}; something that varies with {rest} is left." if rest else f"{text}."
     if not found.effects:
         return (
@@ -111,6 +114,11 @@ def sentence(found: UnitDiagnosis) -> str:
     if rest:
         return f"{text}; something that varies with {rest} is left and has no name."
     return f"{text}; with it in the model nothing else stands out."
+
+
+def of_the_unit(s: ReferenceSuspect) -> str:
+    """What a unit would have itself, that no record tells from a reference that is off."""
+    return f"a common {plain_name(s.alias)} of the {s.channels[0].split('_')[0]}s"
 
 
 def _unnamed(found: UnitDiagnosis) -> dict[str, list[str]]:

@@ -6,8 +6,10 @@ from functools import cache
 
 import pytest
 
+from planner import catalog
 from planner.diagnose.dwells_to_diagnosis import diagnose
-from planner.nouns.diagnosis import UnitDiagnosis
+from planner.diagnose.evidence_veto import limits_that_stand
+from planner.nouns.diagnosis import NotFound, UnitDiagnosis, Unknown
 from planner.pipelines.data import simulate
 from planner.simulate.settings import settings_of
 from planner.units import from_si
@@ -77,3 +79,27 @@ def test_a_rate_that_is_off_at_one_speed_is_the_gyros_common_curve(seed: int) ->
     after = diagnose(table, unit.spec)
     assert {r.alias for r in after.reference_suspects} == {"scale_factor_nonlinearity"}
     assert "scale_factor_nonlinearity" not in {n.effect for n in after.not_found if n.sensor == "gyro"}
+
+
+def test_no_limit_stands_beside_what_may_be_the_effect() -> None:
+    """Something over the time since power-on on a gyro may be its settling, and is no accelerometer's."""
+    limits = tuple(
+        NotFound(effect, sensor, 1e-4, catalog.effects()[effect].units[sensor])
+        for effect in ("settling", "hysteresis")
+        for sensor in ("gyro", "accelerometer")
+    )
+    unknown = (Unknown(("gyro_x",), "time_on", 1e-9, 9.0),)
+    after = limits_that_stand(UnitDiagnosis("u", "unexplained", (), unknown, limits, (), (), ()))
+    stands = {(n.effect, n.sensor) for n in after.not_found}
+    assert stands == {("settling", "accelerometer"), ("hysteresis", "gyro"), ("hysteresis", "accelerometer")}
+    (gone,) = after.untestable
+    assert (gone.effect, gone.sensor) == ("settling", "gyro")
+    assert "gyro_x" in gone.why
+
+
+def test_a_limit_of_some_terms_names_them() -> None:
+    """Of eighteen products of rates these records tell three, which stood for all of them."""
+    limits = {(n.effect, n.sensor): n for n in found(1).not_found}
+    some = limits["cross_coupling", "gyro"].terms
+    assert some == ("yxx", "yyy", "yzz")
+    assert limits["scale_factor_asymmetry", "gyro"].terms == ()  # of all
