@@ -7,14 +7,18 @@ a sensor has beside the fault:
 
 1. it is left of more than one kind: the channel has a rest that no effect explains as well, or several
    others have one;
-2. it is of several channels at once, which a sensor's effect seldom is, and one reference always;
+2. it is of several channels at once, which a sensor's effect seldom is, and one reference always; two names
+   over one variable count as such, and a lean where it is in doubt how the unit stands;
 3. it follows the temperature's course (temperature, its rate, time, days), and the thermometer is suspected.
    One that is alone stands where the other channels deny that it is one temperature (`of_one_temperature`).
 
 Of a suspected thermometer only what follows that course is asked; gravity and rates are what they were. Where
 no reference is suspected the channels themselves may say so: three of one sensor that each lack something of
-a kind, no two the same and one without a name, lack one reference. And so may the power-ons, of which each
-has its own size of it (`unlike_sizes`). That something is there, and with what it goes, stays said.
+a kind, no two the same and one without a name, lack one reference; so do those that lack one law (`one_law`),
+channels of both sensors that follow how the temperature moved, or that have rests over what the name goes
+with. Other channels may show a part of a temperature (`of_one_temperature`), the channel's own rests that its
+equation is not what is there, and the power-ons may each have their own size of it (`unlike_sizes`). That
+something is there, and with what it goes, stays said.
 """
 
 from __future__ import annotations
@@ -23,6 +27,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from planner import catalog
 from planner.diagnose.findings.of_one_temperature import Temperatures, blocks_of, follows_the_course
+from planner.diagnose.findings.one_law import OneLaw
 from planner.diagnose.shapes.generic import variable_of
 from planner.diagnose.vetoes.unlike_sizes import sizes_differ
 from planner.diagnose.vetoes.verdicts import LEAST_RUNS
@@ -33,12 +38,22 @@ THERMOMETERS = ("thermometer_lag", "thermometer_offset")
 KELVINS = ("K", "degC")
 NOT_FITTED = ("wrong_label", "wrong_record", "mixed_units", "stuck_channel")  # their records are left out
 COURSE = ("temperature", "time_on", "day", "time_of_day")  # and what begins so: `time_on_and_rate`
+MOVES = "temperature_rate"
+TURNED = ("mounting", "base_tilt", "wrong_label")  # of how the unit stands
+MORE_THAN_A_TRIAD = 3  # other channels with a rest, of both sensors: what one sensor has is on its own three
+ALMOST_ALL = 5  # channels, of both sensors, that follow how the temperature moved
 SEVERAL = 2  # other channels with a rest: one may lack something of its own beside the fault
 WITH_A_REST = "a reference is off ({0}), and its channel has a rest that no effect explains"
 RESTS = "a reference is off ({0}), and other channels have rests that no effect explains"
 OF_SEVERAL = "a reference is off ({0}), and several channels show it at once"
 OF_THE_COURSE = "the thermometer is off ({0}), and it follows the temperature's course"
 DIFFERS = "the power-ons differ in its size by as much as it is: it goes with what was done in each"
+ONE_LAW = "all three channels of the sensor lack the same over their own inputs: one law, their reference's"
+LEANS_TOO = "a reference is off ({0}), and a unit that stands otherwise is a misalignment that changes"
+MANY = "many channels have rests without a name that go with the same: they share what they are judged by"
+RESTS_OF_ITS_OWN = "its channel has several rests that no effect explains: it is one of them"
+OF_ALL = "nearly all channels of both sensors follow how the temperature moved: they share its thermometer"
+SHARED = "other channels show a part of it, each by the slope of its own curve over temperature"
 UNLIKE = "all three channels of the sensor lack something, and not the same: they share their references"
 
 
@@ -55,6 +70,7 @@ def beside_the_bench(
     unknown: Sequence[Unknown],
     wrong: Iterable[ReferenceSuspect],
     temperatures: Temperatures,
+    laws: Sequence[OneLaw] = (),
 ) -> tuple[list[FoundEffect], list[Refused], list[Unknown]]:
     """The effects that stand, those that do not, and what stays sure of these.
 
@@ -65,6 +81,7 @@ def beside_the_bench(
     for e in effects:
         own = catalog.effects()[e.effect].bench_only
         why = None if own else _why(e, effects, unknown, suspected, temperatures)
+        why = ONE_LAW if not own and any(law.takes(e) for law in laws) else why
         if why is None:
             stands.append(e)
         else:
@@ -99,12 +116,44 @@ def _why(
         return WITH_A_REST.format(words)
     if through and len(rests.difference(e.channels)) >= SEVERAL:
         return RESTS.format(words)
-    if len(e.channels) > 1 and any(s not in NOT_FITTED for s in through):
+    variable = variable_of(catalog.effects()[e.effect], e.sensor)
+    fitted = any(s not in NOT_FITTED for s in through)
+    if fitted and (len(e.channels) > 1 or not _others_by(variable, effects).issubset(e.channels)):
         return OF_SEVERAL.format(words)
+    if catalog.effects()[e.effect].group == "misalignment" and not set(TURNED).isdisjoint(suspected):
+        return LEANS_TOO.format(words)
+    alike = {c for u in unknown if u.varies_with == variable for c in u.channels}.difference(e.channels)
+    if len(alike) >= MORE_THAN_A_TRIAD and len({c.rsplit("_", 1)[0] for c in alike}) > 1:
+        return MANY
+    its_own = [{u.varies_with for u in unknown if c in u.channels} for c in e.channels]
+    if all(len(own) >= SEVERAL or variable in own for own in its_own):
+        return RESTS_OF_ITS_OWN
+    if _moves(e) and len(_all_that_move(effects, unknown)) >= ALMOST_ALL:
+        return OF_ALL
+    if course and temperatures.of(e).shared:
+        return SHARED
     starts, blocks = temperatures.data.starts, list(blocks_of(e, temperatures.found))
     if len(starts) >= LEAST_RUNS and _all_lack_another(e, effects, unknown):
         return UNLIKE
     return DIFFERS if blocks and all(sizes_differ(s.found, b, starts) for s, b in blocks) else None
+
+
+def _moves(e: FoundEffect) -> bool:
+    """Whether an effect follows how the temperature moved; that a unit warms itself is its own."""
+    return MOVES in catalog.effects()[e.effect].needs
+
+
+def _all_that_move(effects: Sequence[FoundEffect], unknown: Sequence[Unknown]) -> set[str]:
+    """The channels that follow it, with a name or without."""
+    named = {c for e in effects if _moves(e) for c in e.channels}
+    return named | {c for u in unknown if u.varies_with == MOVES for c in u.channels}
+
+
+def _others_by(variable: str | None, effects: Sequence[FoundEffect]) -> set[str]:
+    """The channels of sensors' effects that go with one variable."""
+    known = catalog.effects()
+    alike = (x for x in effects if not known[x.effect].bench_only)
+    return {c for x in alike if variable_of(known[x.effect], x.sensor) == variable for c in x.channels}
 
 
 def _alone(e: FoundEffect, effects: Sequence[FoundEffect], unknown: Sequence[Unknown]) -> bool:
