@@ -24,6 +24,7 @@ something is there, and with what it goes, stays said.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 
 from planner import catalog
 from planner.diagnose.findings.of_one_temperature import Temperatures, blocks_of, follows_the_course
@@ -33,15 +34,16 @@ from planner.diagnose.vetoes.unlike_sizes import sizes_differ
 from planner.diagnose.vetoes.verdicts import LEAST_RUNS
 from planner.measurement import AXES
 from planner.nouns.diagnosis import FoundEffect, ReferenceSuspect, Refused, Unknown
+from planner.nouns.sensor import channel_name
 
 THERMOMETERS = ("thermometer_lag", "thermometer_offset")
 KELVINS = ("K", "degC")
 NOT_FITTED = ("wrong_label", "wrong_record", "mixed_units", "stuck_channel")  # their records are left out
+OF_ONE_CHANNEL = ("wrong_record", "stuck_channel")  # where they name one: its recording, not the bench
 COURSE = ("temperature", "time_on", "day", "time_of_day")  # and what begins so: `time_on_and_rate`
 MOVES = "temperature_rate"
 TURNED = ("mounting", "base_tilt", "wrong_label")  # of how the unit stands
-MORE_THAN_A_TRIAD = 3  # other channels with a rest, of both sensors: what one sensor has is on its own three
-ALMOST_ALL = 5  # channels, of both sensors, that follow how the temperature moved
+ALMOST_ALL = 5  # channels, of both sensors: what one sensor has is on its own three
 SEVERAL = 2  # other channels with a rest: one may lack something of its own beside the fault
 WITH_A_REST = "a reference is off ({0}), and its channel has a rest that no effect explains"
 RESTS = "a reference is off ({0}), and other channels have rests that no effect explains"
@@ -52,6 +54,10 @@ ONE_LAW = "all three channels of the sensor lack the same over their own inputs:
 LEANS_TOO = "a reference is off ({0}), and a unit that stands otherwise is a misalignment that changes"
 MANY = "many channels have rests without a name that go with the same: they share what they are judged by"
 RESTS_OF_ITS_OWN = "its channel has several rests that no effect explains: it is one of them"
+KINDS = "its sensor's channels follow the temperature's course by several names each, and not by the same"
+RECORDER = (
+    "some of its records are not what the channel read: what is left of the others is the recorder's too"
+)
 OF_ALL = "nearly all channels of both sensors follow how the temperature moved: they share its thermometer"
 SHARED = "other channels show a part of it, each by the slope of its own curve over temperature"
 UNLIKE = "all three channels of the sensor lack something, and not the same: they share their references"
@@ -76,11 +82,15 @@ def beside_the_bench(
 
     wrong: suspected references; one that is off by no more than is stated of it suspects nothing else
     """
-    suspected = list(dict.fromkeys(_called(s) for s in wrong if not s.expected))
+    wrong = [s for s in wrong if not s.expected]
+    suspected = list(dict.fromkeys(_called(s) for s in wrong))
+    recorded = {s.channels[0] for s in wrong if s.hypothesis in OF_ONE_CHANNEL and len(s.channels) == 1}
     stands, falls, rest = [], [], []
-    for e in effects:
+    for e in (part for whole in effects for part in _parts(whole, temperatures)):
         own = catalog.effects()[e.effect].bench_only
         why = None if own else _why(e, effects, unknown, suspected, temperatures)
+        if not own and (len(recorded) >= len(AXES) or recorded.issuperset(e.channels)):
+            why = RECORDER
         why = ONE_LAW if not own and any(law.takes(e) for law in laws) else why
         if why is None:
             stands.append(e)
@@ -122,9 +132,11 @@ def _why(
         return OF_SEVERAL.format(words)
     if catalog.effects()[e.effect].group == "misalignment" and not set(TURNED).isdisjoint(suspected):
         return LEANS_TOO.format(words)
-    alike = {c for u in unknown if u.varies_with == variable for c in u.channels}.difference(e.channels)
-    if len(alike) >= MORE_THAN_A_TRIAD and len({c.rsplit("_", 1)[0] for c in alike}) > 1:
+    alike = {c for u in unknown if u.varies_with == variable for c in u.channels}
+    if len(alike.difference(e.channels)) >= len(AXES) and len(alike.union(e.channels)) >= ALMOST_ALL:
         return MANY
+    if course and _of_no_one_kind(e, effects):
+        return KINDS
     its_own = [{u.varies_with for u in unknown if c in u.channels} for c in e.channels]
     if all(len(own) >= SEVERAL or variable in own for own in its_own):
         return RESTS_OF_ITS_OWN
@@ -132,10 +144,45 @@ def _why(
         return OF_ALL
     if course and temperatures.of(e).shared:
         return SHARED
-    starts, blocks = temperatures.data.starts, list(blocks_of(e, temperatures.found))
+    starts = temperatures.data.starts
     if len(starts) >= LEAST_RUNS and _all_lack_another(e, effects, unknown):
         return UNLIKE
-    return DIFFERS if blocks and all(sizes_differ(s.found, b, starts) for s, b in blocks) else None
+    return DIFFERS if _differing(e, temperatures) == set(e.channels) else None
+
+
+def _parts(e: FoundEffect, temperatures: Temperatures) -> Iterator[FoundEffect]:
+    """An effect, or apart from each other its channels whose power-ons agree on its size, and the others.
+
+    One channel has it, and the bench makes the same of the next one, in a part of the records.
+    """
+    off = _differing(e, temperatures) if len(e.channels) > 1 else set()
+    for some in (off, set(e.channels) - off):
+        if some:
+            channels = tuple(c for c in e.channels if c in some)
+            terms = tuple(t for t in e.terms if t.channel in some or not t.channel)
+            yield replace(e, channels=channels, terms=terms)
+
+
+def _differing(e: FoundEffect, temperatures: Temperatures) -> set[str]:
+    """The channels whose power-ons do not agree on its size, or all where they share a block."""
+    data, off = temperatures.data, set()
+    for s, b in blocks_of(e, temperatures.found):
+        if sizes_differ(s.found, b, data.starts, data.table.bench):
+            off |= {channel_name(s.sensor, axis) for axis in s.found.pool.blocks[b].columns}
+    return off
+
+
+def _of_no_one_kind(e: FoundEffect, effects: Sequence[FoundEffect]) -> bool:
+    """Whether two names of the course are on a channel of its sensor, and others on another channel.
+
+    Two effects of every channel are the same on each.
+    """
+    names: dict[str, set[str]] = {}
+    for x in effects:
+        for c in x.channels if x.sensor == e.sensor and follows_the_course(x.effect) else ():
+            names.setdefault(c, set()).add(x.effect)
+    sets = list(names.values())
+    return max(map(len, sets), default=0) > 1 and any(one != sets[0] for one in sets)
 
 
 def _moves(e: FoundEffect) -> bool:

@@ -133,6 +133,28 @@ def test_all_channels_that_follow_how_the_temperature_moved() -> None:
     assert _stands([gyros, warms], [])[0] == {"temperature_rate_table", "warm_up"}  # a unit warms itself
 
 
+def test_two_names_on_a_channel_and_others_on_the_next() -> None:
+    """A fan that shook the hot records of each power-on its own way: four names on two accelerometers."""
+    x = [_effect("drift", ("accelerometer_x",)), _effect("thermal_lag", ("accelerometer_x",))]
+    y = _effect("warm_up", ("accelerometer_y",))
+    assert _stands([*x, y], [])[0] == set()
+    assert len(_stands(x, [])[0]) == 2
+    assert _stands([x[0], y], [])[0] == {"drift", "warm_up"}
+    same = [_effect(name, ACCELEROMETERS) for name in ("drift", "thermal_lag")]
+    assert len(_stands(same, [])[0]) == 2
+
+
+def test_a_channel_that_was_recorded_wrongly() -> None:
+    own = _effect("cross_coupling", ("gyro_x",))
+    each = [replace(MOUNTING, hypothesis="stuck_channel", unit="rows", channels=(c,)) for c in ACCELEROMETERS]
+    assert _stands([own], [], *each)[0] == set()  # a recorder that writes in steps
+    assert _stands([own], [], *each[:2])[0] == {"cross_coupling"}
+    assert _stands([own], [], replace(each[0], channels=("gyro_x",)))[0] == set()
+    assert _stands([own], [], replace(each[0], channels=(*ACCELEROMETERS, "gyro_x")))[
+        0
+    ]  # a power-on's, left out
+
+
 def test_two_names_over_one_variable_beside_a_fault() -> None:
     y, z = _effect("scale_factor_polynomial", ("gyro_y",)), _effect("scale_factor_curve", ("gyro_z",))
     assert _stands([y, z], [], MOUNTING)[0] == set()
