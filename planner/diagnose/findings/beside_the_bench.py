@@ -55,7 +55,7 @@ LEANS_TOO = "a reference is off ({0}), and a unit that stands otherwise is a mis
 MANY = "many channels have rests without a name that go with the same: they share what they are judged by"
 RESTS_OF_ITS_OWN = "its channel has several rests that no effect explains: it is one of them"
 KINDS = "its sensor's channels follow the temperature's course by several names each, and not by the same"
-RECORDER = (
+RECORDER = "some of its records are not what it read: what is left of the others is the recorder's too"
     "some of its records are not what the channel read: what is left of the others is the recorder's too"
 )
 OF_ALL = "nearly all channels of both sensors follow how the temperature moved: they share its thermometer"
