@@ -56,8 +56,6 @@ MANY = "many channels have rests without a name that go with the same: they shar
 RESTS_OF_ITS_OWN = "its channel has several rests that no effect explains: it is one of them"
 KINDS = "its sensor's channels follow the temperature's course by several names each, and not by the same"
 RECORDER = "some of its records are not what it read: what is left of the others is the recorder's too"
-    "some of its records are not what the channel read: what is left of the others is the recorder's too"
-)
 OF_ALL = "nearly all channels of both sensors follow how the temperature moved: they share its thermometer"
 SHARED = "other channels show a part of it, each by the slope of its own curve over temperature"
 UNLIKE = "all three channels of the sensor lack something, and not the same: they share their references"

@@ -10,7 +10,7 @@ import pytest
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable
-from tests.diagnose.hall import Hall, days, hidden, read
+from tests.diagnose.hall import Hall, axes_apart, days, hidden, read
 from tests.diagnose.worlds import whole
 
 SIZE = 0.003  # deg/s/g
@@ -49,3 +49,16 @@ def test_from_one_power_on_on(seed: int) -> None:
     found = whole(hidden(read(hall, seed), "gyro", 2, _of(hall, hall.run > 2)))
     assert ("g_sensitivity", "gyro_z") not in _named(found)
     assert found.verdict != "clean"
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.further("seed", [3, 4])
+def test_beside_a_strong_effect(seed: int) -> None:
+    """What a g-sensitivity makes of single power-ons, of rests or of turns, is no spread of an asymmetry."""
+    hall = axes_apart(seed, 3)
+    table = read(hall, seed)
+    for axis in range(3):
+        table = hidden(table, "gyro", axis, 0.05 * hall.up[:, axis])
+    found = whole(hidden(table, "gyro", 1, 3e-4 * np.abs(hall.turn[:, 1])))
+    assert ("scale_factor_asymmetry", "gyro_y") in _named(found)
+    assert not found.unknown
