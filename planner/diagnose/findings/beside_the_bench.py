@@ -154,11 +154,13 @@ def _parts(e: FoundEffect, temperatures: Temperatures) -> Iterator[FoundEffect]:
     One channel has it, and the bench makes the same of the next one, in a part of the records.
     """
     off = _differing(e, temperatures) if len(e.channels) > 1 else set()
+    if not off or off == set(e.channels):
+        yield e
+        return
     for some in (off, set(e.channels) - off):
-        if some:
-            channels = tuple(c for c in e.channels if c in some)
-            terms = tuple(t for t in e.terms if t.channel in some or not t.channel)
-            yield replace(e, channels=channels, terms=terms)
+        channels = tuple(c for c in e.channels if c in some)
+        terms = tuple(t for t in e.terms if t.channel in some or not t.channel)
+        yield replace(e, channels=channels, terms=terms)
 
 
 def _differing(e: FoundEffect, temperatures: Temperatures) -> set[str]:
