@@ -28,6 +28,7 @@ SURE = (
     3.0  # σ² in its own error, of each gyro; of clean campaigns one in 180 had that, of a third of the size
 )
 MOSTLY = 3.0  # times the noise of a record at rest, that the fastest scatter by it
+LARGE = 2e-4  # of the rate: drives and good gyros stray by up to half of it, and are no fault
 CHECK = (
     "from record to record the gyros scatter by {0:.2g} % of the rate: see whether the table has settled as "
     "a record begins, holds its rate, and whether records take whole turns; a unit with such unsteady scale "
@@ -52,6 +53,8 @@ def unsteady_rate(
             return None
         square, error = np.mean(each, axis=0)
         low, high = (float(np.sqrt(max(square + x * error, 0.0))) for x in (-TWO_SIDED, TWO_SIDED))
+        if low <= LARGE:
+            return None
         stated = max((b.rate for b in benches), default=0.0)
         chance = float(chi_square_tail((low / stated) ** 2, 1)) if stated > 0.0 else 1.0
         value, sure = float(np.sqrt(square)), float(square / error)

@@ -12,10 +12,10 @@ from tests.diagnose.worlds import whole
 SHARE = 5e-4
 
 
-def _scattered(seed: int, axes: tuple[int, ...]) -> DwellTable:
+def _scattered(seed: int, axes: tuple[int, ...], size: float = SHARE) -> DwellTable:
     """Every turn by another share of its rate, on some gyros."""
     hall, rng = days(seed, 12), np.random.default_rng([seed, 71])
-    share = SHARE * rng.normal(size=len(hall.run))
+    share = size * rng.normal(size=len(hall.run))
     table = read(hall, seed)
     for axis in axes:
         table = hidden(table, "gyro", axis, share * hall.turn[:, axis])
@@ -34,6 +34,6 @@ def test_a_table_that_does_not_hold_its_rate(seed: int) -> None:
     assert found.verdict == "explained"
 
 
-@pytest.mark.parametrize("axes", [(), (1,)])
-def test_gyros_that_do_not_all_scatter(axes: tuple[int, ...]) -> None:
-    assert not whole(_scattered(4, axes)).reference_suspects
+@pytest.mark.parametrize(("axes", "size"), [((), SHARE), ((1,), SHARE), ((0, 1, 2), 1e-4)])
+def test_gyros_that_do_not_all_scatter_or_by_as_much_as_drives_do(axes: tuple[int, ...], size: float) -> None:
+    assert not whole(_scattered(4, axes, size)).reference_suspects
