@@ -87,7 +87,9 @@ def beside_the_bench(
     for e in (part for whole in effects for part in _parts(whole, temperatures)):
         own = catalog.effects()[e.effect].bench_only
         why = None if own else _why(e, effects, unknown, suspected, temperatures)
-        if not own and (len(recorded) >= len(AXES) or recorded.issuperset(e.channels)):
+        # a power-on of which records are wrong has another level by what is left of them
+        in_it = follows_the_course(e.effect) and recorded.issuperset(e.channels)
+        if not own and (in_it or len(recorded) >= len(AXES)):
             why = RECORDER
         why = ONE_LAW if not own and any(law.takes(e) for law in laws) else why
         if why is None:

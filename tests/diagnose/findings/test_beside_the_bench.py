@@ -149,10 +149,9 @@ def test_a_channel_that_was_recorded_wrongly() -> None:
     each = [replace(MOUNTING, hypothesis="stuck_channel", unit="rows", channels=(c,)) for c in ACCELEROMETERS]
     assert _stands([own], [], *each)[0] == set()  # a recorder that writes in steps
     assert _stands([own], [], *each[:2])[0] == {"cross_coupling"}
-    assert _stands([own], [], replace(each[0], channels=("gyro_x",)))[0] == set()
-    assert _stands([own], [], replace(each[0], channels=(*ACCELEROMETERS, "gyro_x")))[
-        0
-    ]  # a power-on's, left out
+    step, wrong = _effect("bias_step", ("gyro_x",)), replace(each[0], channels=("gyro_x",))
+    assert _stands([step, own], [], wrong)[0] == {"cross_coupling"}  # a level is left of wrong readings
+    assert _stands([step], [], replace(wrong, channels=(*ACCELEROMETERS, "gyro_x")))[0]  # of no channel
 
 
 def test_two_names_over_one_variable_beside_a_fault() -> None:
