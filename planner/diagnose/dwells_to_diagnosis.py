@@ -17,9 +17,11 @@ from planner.diagnose.findings.evidence import among, evidence
 from planner.diagnose.findings.lagging_thermometer import NAME as LAGS
 from planner.diagnose.findings.limits import limits
 from planner.diagnose.findings.of_one_temperature import Temperatures
+from planner.diagnose.findings.one_law import one_laws
 from planner.diagnose.findings.reported import found_effects
 from planner.diagnose.findings.suspects import suspects
 from planner.diagnose.findings.unlike_power_ons import of_their_power_ons, unlike_power_ons
+from planner.diagnose.findings.unsteady_rate import unsteady_rate
 from planner.diagnose.hypotheses.found import ALPHA
 from planner.diagnose.noise.channel_noise import LEAST_RUNS
 from planner.diagnose.records.fahrenheit import in_fahrenheit
@@ -94,7 +96,7 @@ def diagnose(
         wrong = (*wrong, unlike)
         effects, theirs = of_their_power_ons(effects, data)
         spans = [*spans, *theirs]
-    wrong, effects, falls, rest = _without_the_bench(found, data, effects, unknown, wrong)
+    wrong, effects, falls, rest = _without_the_bench(found, data, effects, unknown, wrong, search)
     spans, unknown = [*spans, *falls], [*unknown, *rest]
     untestable += _of_references(found, spec, {one.hypothesis for one in wrong})
     return UnitDiagnosis(
@@ -121,11 +123,16 @@ def _without_the_bench(
     effects: Sequence[FoundEffect],
     unknown: Sequence[Unknown],
     wrong: tuple[ReferenceSuspect, ...],
+    search: Search,
 ) -> tuple[tuple[ReferenceSuspect, ...], list[FoundEffect], list[Refused], list[Unknown]]:
-    """The suspects with a thermometer that the channels are of each other, and `beside_the_bench` of them."""
+    """The suspects with what the channels say of each other's references, and `beside_the_bench` of them."""
     temperatures = Temperatures(found, data)
     wrong = (*wrong, *thermometer_beside(effects, wrong, temperatures))
-    return wrong, *beside_the_bench(effects, unknown, wrong, temperatures)
+    laws = list(one_laws(found, data, effects, unknown))
+    wrong = (*wrong, *(law.suspect for law in laws))
+    rate = unsteady_rate(found, wrong, search.benches)
+    wrong = wrong if rate is None else (*wrong, rate)
+    return wrong, *beside_the_bench(effects, unknown, wrong, temperatures, laws)
 
 
 def _of_the_bench(found: Sequence[SensorFound], judged: Judged, spec: Spec) -> Iterator[ReferenceSuspect]:

@@ -18,7 +18,7 @@ Models, 1987, 1.1). An effect of the sensor has α = 0: of 43 that followed time
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -43,6 +43,7 @@ AGREES = 0.4  # α from which it is one temperature; half way to nothing, and wh
 DENIED = 0.25  # α below which the others deny it
 WITNESSES = 2  # a sensor that warms up does so on every channel: two of random sizes agree one time in four
 SURE = 5.0  # sigma of the others together, either way
+SHOWN = 3.5  # sigma of α, at which some of it is no chance
 FLAT = 0.3  # λ of the root mean square slope: where a curve is flat a channel knows no temperature
 STEP_K = 0.5  # on either side, for a slope
 CHECK = (
@@ -73,6 +74,11 @@ class OneTemperature:
         return sure and self.least >= AGREES and self.most <= 1.0 / AGREES
 
     @property
+    def shared(self) -> bool:
+        """Whether they show a part of it that is no chance, too little or too faint to agree on."""
+        return self.least > DENIED and self.share * self.sure > SHOWN
+
+    @property
     def denied(self) -> bool:
         """Whether they would, and do not."""
         return self.sure > SURE and self.share < DENIED
@@ -100,9 +106,18 @@ class Temperatures:
 
     found: Sequence[SensorFound]
     data: Prepared
+    _asked: dict[tuple[str, tuple[str, ...]], OneTemperature] = field(
+        init=False, default_factory=dict, compare=False
+    )
 
     def of(self, e: FoundEffect) -> OneTemperature:
         """What the other channels say most of an effect that follows the temperature's course."""
+        key = e.effect, e.channels
+        if key not in self._asked:
+            self._asked[key] = self._said_of(e)
+        return self._asked[key]
+
+    def _said_of(self, e: FoundEffect) -> OneTemperature:
         few = len(self.data.starts) < LEAST_RUNS  # in one power-on every course is common to all channels
         if few or np.ptp(self.data.table.temperature_degc) <= GAP_K:
             return OneTemperature()

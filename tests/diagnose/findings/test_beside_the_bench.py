@@ -106,6 +106,66 @@ def test_two_effects_of_every_channel_stand() -> None:
     assert _stands(two, [_rest("gyro_z", "rate")])[0] == {"g_sensitivity", "scale_factor_asymmetry"}
 
 
+def test_rests_of_both_sensors_that_go_with_the_same_take_a_name() -> None:
+    """At one rate the supply made all six channels read more: gyro x had a product of rates at 36 sigma."""
+    own = _effect("cross_coupling", ("gyro_x",))
+    rests = [_rest(c, "rate") for c in ("gyro_y", "gyro_z", "accelerometer_x", "accelerometer_z")]
+    assert _stands([own], rests) == (set(), {("gyro_x", "rate")})
+    assert _stands([own], rests[:2])[0] == {"cross_coupling"}  # a second effect of its own sensor
+    assert _stands([_effect("g_sensitivity", ("gyro_x",))], rests)[0] == {"g_sensitivity"}
+
+
+def test_a_name_leaves_nothing_of_its_own_variable() -> None:
+    own = _effect("scale_factor_nonlinearity", ("gyro_x",))
+    assert _stands([own], [_rest("gyro_x", "rate")])[0] == set()
+    assert _stands([own], [_rest("gyro_x", "day")])[0] == {"scale_factor_nonlinearity"}
+    assert _stands([own], [_rest("gyro_x", "day"), _rest("gyro_x", "orientation")])[0] == set()
+
+
+def test_how_the_unit_stands_is_a_misalignment() -> None:
+    leans = _effect("misalignment_temperature", ("gyro_z",))
+    assert _stands([leans], [], MOUNTING)[0] == set()
+    assert _stands([leans], [], THERMOMETER)[0] == {"misalignment_temperature"}
+
+
+def test_all_channels_that_follow_how_the_temperature_moved() -> None:
+    """A temperature that had lost its sign was a table over its rate on six channels, at 200 sigma."""
+    gyros = _effect("temperature_rate_table", ("gyro_x", "gyro_y", "gyro_z"))
+    others = _effect("thermal_lag", ACCELEROMETERS)
+    assert _stands([gyros, others], [])[0] == set()
+    assert _stands([others], [_rest("gyro_x", "temperature_rate")])[0] == {"thermal_lag"}  # one of its own
+    warms = _effect("warm_up", ACCELEROMETERS)
+    assert _stands([gyros, warms], [])[0] == {"temperature_rate_table", "warm_up"}  # a unit warms itself
+
+
+def test_two_names_on_a_channel_and_others_on_the_next() -> None:
+    """A fan that shook the hot records of each power-on its own way: four names on two accelerometers."""
+    x = [_effect("drift", ("accelerometer_x",)), _effect("thermal_lag", ("accelerometer_x",))]
+    y = _effect("warm_up", ("accelerometer_y",))
+    assert _stands([*x, y], [])[0] == set()
+    assert len(_stands(x, [])[0]) == 2
+    assert _stands([x[0], y], [])[0] == {"drift", "warm_up"}
+    same = [_effect(name, ACCELEROMETERS) for name in ("drift", "thermal_lag")]
+    assert len(_stands(same, [])[0]) == 2
+
+
+def test_a_channel_that_was_recorded_wrongly() -> None:
+    own = _effect("cross_coupling", ("gyro_x",))
+    each = [replace(MOUNTING, hypothesis="stuck_channel", unit="rows", channels=(c,)) for c in ACCELEROMETERS]
+    assert _stands([own], [], *each)[0] == set()  # a recorder that writes in steps
+    assert _stands([own], [], *each[:2])[0] == {"cross_coupling"}
+    step, wrong = _effect("bias_step", ("gyro_x",)), replace(each[0], channels=("gyro_x",))
+    assert _stands([step, own], [], wrong)[0] == {"cross_coupling"}  # a level is left of wrong readings
+    assert _stands([step], [], replace(wrong, channels=(*ACCELEROMETERS, "gyro_x")))[0]  # of no channel
+
+
+def test_two_names_over_one_variable_beside_a_fault() -> None:
+    y, z = _effect("scale_factor_polynomial", ("gyro_y",)), _effect("scale_factor_curve", ("gyro_z",))
+    assert _stands([y, z], [], MOUNTING)[0] == set()
+    assert len(_stands([y, z], [])[0]) == 2
+    assert len(_stands([y, _effect("drift", ("gyro_z",))], [], MOUNTING)[0]) == 2
+
+
 # ---------------------------------------------------------------- whole campaigns
 
 
