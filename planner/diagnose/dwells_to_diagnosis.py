@@ -130,7 +130,7 @@ def _without_the_bench(
     wrong = (*wrong, *thermometer_beside(effects, wrong, temperatures))
     laws = list(one_laws(found, data, effects, unknown))
     wrong = (*wrong, *(law.suspect for law in laws))
-    rate = unsteady_rate(found, wrong, search.benches)
+    rate = unsteady_rate(found, wrong, search.spec)
     wrong = wrong if rate is None else (*wrong, rate)
     return wrong, *beside_the_bench(effects, unknown, wrong, temperatures, laws)
 

@@ -70,13 +70,15 @@ class OneTemperature:
     @property
     def agreed(self) -> bool:
         """Whether the other channels show the same temperature, and none that knows it another one."""
-        sure = self.share * self.sure > SURE and self.witnesses >= WITNESSES
-        return sure and self.least >= AGREES and self.most <= 1.0 / AGREES
+        return self._more_than(SURE) and self.least >= AGREES and self.most <= 1.0 / AGREES
 
     @property
     def shared(self) -> bool:
         """Whether they show a part of it that is no chance, too little or too faint to agree on."""
-        return self.least > DENIED and self.share * self.sure > SHOWN
+        return self._more_than(SHOWN) and self.least > DENIED
+
+    def _more_than(self, sigma: float) -> bool:
+        return self.share * self.sure > sigma and self.witnesses >= WITNESSES
 
     @property
     def denied(self) -> bool:

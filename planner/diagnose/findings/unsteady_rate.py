@@ -21,7 +21,7 @@ from planner.diagnose.search.sensor import SensorFound
 from planner.measurement import AXES
 from planner.nouns.diagnosis import ReferenceSuspect
 from planner.solvers.distributions import TWO_SIDED, chi_square_tail
-from planner.spec.references import BenchAccuracy
+from planner.spec.model import Spec
 
 NAME = "table_rate"
 SURE = (
@@ -37,11 +37,12 @@ CHECK = (
 
 
 def unsteady_rate(
-    found: Sequence[SensorFound], wrong: Sequence[ReferenceSuspect], benches: Sequence[BenchAccuracy]
+    found: Sequence[SensorFound], wrong: Sequence[ReferenceSuspect], spec: Spec
 ) -> ReferenceSuspect | None:
     """The table's rate, where each gyro scatters with it, and no other reference is suspected; else None.
 
-    value: σ, a share of the rate; benches: what the spec states of it, the worst counts
+    value: σ, a share of the rate; of what the spec states of the benches the worst counts. What it lets scale
+    factors draw and wander by is no finding.
     """
     if any(not s.expected for s in wrong):
         return None
@@ -53,9 +54,9 @@ def unsteady_rate(
             return None
         square, error = np.mean(each, axis=0)
         low, high = (float(np.sqrt(max(square + x * error, 0.0))) for x in (-TWO_SIDED, TWO_SIDED))
-        if low <= LARGE:
+        if low <= np.hypot(LARGE, _budgeted(spec)):
             return None
-        stated = max((b.rate for b in benches), default=0.0)
+        stated = max((b.accuracy.rate for b in spec.benches.values()), default=0.0)
         chance = float(chi_square_tail((low / stated) ** 2, 1)) if stated > 0.0 else 1.0
         value, sure = float(np.sqrt(square)), float(square / error)
         p, check = float(chi_square_tail(sure**2, 1)), CHECK.format(100.0 * value)
@@ -64,6 +65,12 @@ def unsteady_rate(
             "scale_factor", "whole turns timed against a clock", stated, chance,
         )  # fmt: skip
     return None
+
+
+def _budgeted(spec: Spec) -> float:
+    """One sigma of a gyro's scale factor from record to record, by the spec."""
+    budget = spec.unit.gyro.get("scale_factor")
+    return 0.0 if budget is None else float(np.hypot(budget.run_to_run_largest, budget.in_run_sigma))
 
 
 def _scatters(s: SensorFound) -> Iterator[tuple[float, float]]:
