@@ -1,0 +1,71 @@
+"""Two effects at once are told as surely as each by itself, and so is one beside a fault of the bench.
+
+Campaigns of plain NumPy.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.diagnose.dwells_to_diagnosis import diagnose
+from planner.nouns.diagnosis import UnitDiagnosis
+from tests.diagnose.hall import G, axes_apart, hidden, read
+from tests.diagnose.labs.unit import campaign
+from tests.specs import shipped
+
+SPEC = shipped("small_uav").spec
+
+
+def _named(found: UnitDiagnosis) -> set[tuple[str, str]]:
+    return {(e.effect, c) for e in found.effects for c in e.channels}
+
+
+@pytest.mark.parametrize("seed", [41])
+@pytest.mark.further("seed", [42, 43])
+def test_power_ons_that_another_effect_moves_agree_on_this_one(seed: int) -> None:
+    """An asymmetry of 23 sigma "differed between the power-ons" by what a g-sensitivity makes of each."""
+    table, _ = campaign(seed)
+    conditions = table.conditions()
+    rate, force = np.degrees(conditions.rate), conditions.specific_force / G
+    share = np.array([2e-2, -3e-2, 4e-2]) / np.abs(rate).max()
+    for axis in range(3):
+        own = 6e-3 * force[:, (axis + 1) % 3] + share[axis] * np.abs(rate[:, axis])
+        table = hidden(table, "gyro", axis, own)
+    found = diagnose(table, SPEC)
+    axes = ("gyro_x", "gyro_y", "gyro_z")
+    assert _named(found) == {(e, c) for e in ("g_sensitivity", "scale_factor_asymmetry") for c in axes}
+    assert not found.unknown
+    assert not found.reference_suspects
+
+
+@pytest.mark.parametrize("seed", [21, 22])
+@pytest.mark.further("seed", [23, 24])
+def test_what_another_sensor_lacks_hides_nothing_of_this_one(seed: int) -> None:
+    """On an arm a gyro's cubic is nearly its scale factor over the load, which an accelerometer lacks."""
+    table, _ = campaign(seed)
+    conditions = table.conditions()
+    rate, force = np.degrees(conditions.rate[:, 0]), conditions.specific_force[:, 2] / G
+    table = hidden(table, "gyro", 0, 0.06 * (rate / np.abs(rate).max()) ** 3)
+    table = hidden(table, "acc", 2, 1.5e-2 * np.abs(force) * force / np.abs(force).max() ** 2)
+    gyro, acc = "scale_factor_nonlinearity", "scale_factor_acceleration"
+    assert _named(diagnose(table, SPEC)) == {(gyro, "gyro_x"), (acc, "accelerometer_z")}
+
+
+@pytest.mark.parametrize("share", [1.5e-3, -8e-4])
+@pytest.mark.parametrize("seed", [31, 32])
+@pytest.mark.further("seed", [33, 34])
+def test_one_gyro_drifts_on_a_table_of_which_one_level_is_off(seed: int, share: float) -> None:
+    """The drift was held for what the table's hypothesis misses, and the level was 1.4 times as far off."""
+    hall = axes_apart(seed, 3, turns=(-300.0, -150.0, -75.0, 75.0, 150.0, 300.0))
+    level = np.abs(np.linalg.norm(hall.turn, axis=1) - 150.0) < 1.0
+    felt = replace(hall, turn=hall.turn * (1.0 + share * level[:, None]))
+    table = hidden(read(hall, seed, felt=felt), "gyro", 1, 3e-2 * hall.time_on / 3600.0)
+    found = diagnose(table, SPEC)
+    assert _named(found) == {("drift", "gyro_y")}
+    (suspect,) = found.reference_suspects
+    assert suspect.hypothesis == "table_rate"
+    assert suspect.low <= share <= suspect.high
+    assert suspect.high - suspect.low < 0.2 * abs(share)
