@@ -12,7 +12,7 @@ import pytest
 
 from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.nouns.diagnosis import UnitDiagnosis
-from tests.diagnose.hall import G, axes_apart, hidden, read
+from tests.diagnose.hall import G, Hall, axes_apart, days, hidden, read
 from tests.diagnose.labs.unit import campaign
 from tests.specs import shipped
 
@@ -69,3 +69,34 @@ def test_one_gyro_drifts_on_a_table_of_which_one_level_is_off(seed: int, share: 
     assert suspect.hypothesis == "table_rate"
     assert suspect.low <= share <= suspect.high
     assert suspect.high - suspect.low < 0.2 * abs(share)
+
+
+def _skew(hall: Hall) -> Hall:
+    """The faster turns are about axes half way between two of the body's."""
+    slow = np.abs(np.linalg.norm(hall.turn, axis=1) - 45.0) < 1.0
+    between = (hall.up + np.roll(hall.up, 1, axis=1)) / np.sqrt(2.0)
+    up = np.where((hall.turns & ~slow)[:, None], between, hall.up)
+    north = np.cross(up, np.roll(up, 1, axis=1) + np.array([0.1, 0.2, 0.3]))
+    turn = np.sum(hall.turn * hall.up, axis=1, keepdims=True) * up
+    return replace(hall, up=up, north=north / np.linalg.norm(north, axis=1, keepdims=True), turn=turn)
+
+
+@pytest.mark.parametrize("seed", [51])
+@pytest.mark.further("seed", [52, 53])
+def test_two_curves_over_one_force_are_no_products(seed: int) -> None:
+    """|f| and |f| f were a cross-coupling of 47 sigma, of which three products had to agree."""
+    hall = _skew(days(seed, 12))
+    f = hall.up[:, 0]
+    found = diagnose(hidden(read(hall, seed), "acc", 0, 4e-4 * np.abs(f) - 6e-4 * np.abs(f) * f), SPEC)
+    assert "cross_coupling" not in {e.effect for e in found.effects}
+    seen = {c for e in found.effects for c in e.channels} | {c for u in found.unknown for c in u.channels}
+    assert seen == {"accelerometer_x"}
+
+
+@pytest.mark.parametrize("seed", [51])
+@pytest.mark.further("seed", [52, 53])
+def test_products_of_which_several_are_there_keep_their_name(seed: int) -> None:
+    hall = _skew(days(seed, 12))
+    x, y, z = hall.up.T
+    table = hidden(read(hall, seed), "acc", 0, 4e-4 * x**2 + 4e-4 * x * y - 3e-4 * y * z)
+    assert _named(diagnose(table, SPEC)) == {("cross_coupling", "accelerometer_x")}
