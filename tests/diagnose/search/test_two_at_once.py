@@ -12,6 +12,8 @@ import pytest
 
 from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.nouns.diagnosis import UnitDiagnosis
+from planner.pipelines.data import simulate
+from planner.simulate.settings import settings_of
 from tests.diagnose.hall import G, Hall, axes_apart, days, hidden, read
 from tests.diagnose.labs.unit import campaign
 from tests.specs import shipped
@@ -100,3 +102,15 @@ def test_products_of_which_several_are_there_keep_their_name(seed: int) -> None:
     x, y, z = hall.up.T
     table = hidden(read(hall, seed), "acc", 0, 4e-4 * x**2 + 4e-4 * x * y - 3e-4 * y * z)
     assert _named(diagnose(table, SPEC)) == {("cross_coupling", "accelerometer_x")}
+
+
+@pytest.mark.parametrize("seed", [3])
+@pytest.mark.further("seed", [1, 4])
+def test_names_of_all_channels_give_way_together(seed: int) -> None:
+    """Each of three cross-couplings stood for an asymmetry, since the other two had one."""
+    unit = shipped("small_uav")
+    both = ("gyro.g_sensitivity=0.02 deg/s/g", "gyro.scale_factor_asymmetry=0.05 %")
+    table, _ = simulate(unit, None, both, seed, settings_of(unit.spec))
+    axes = ("gyro_x", "gyro_y", "gyro_z")
+    expected = {(e, c) for e in ("g_sensitivity", "scale_factor_asymmetry") for c in axes}
+    assert _named(diagnose(table, SPEC)) == expected
