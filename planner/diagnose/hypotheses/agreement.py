@@ -39,7 +39,7 @@ def rests_on(here: Pool, b: int, axes: set[int]) -> bool:
     for a in others:
         C = here.seen(a, k)
         gram += C.T @ C
-        h += C.T @ here.state[a].z
+        h += C.T @ here.remainder(a)
     seen = int(np.linalg.matrix_rank(gram, hermitian=True)) if len(others) else 0
     return seen == 0 or bool(chi_square_tail(float(h @ inverse(gram) @ h), seen) > UNLIKE)
 
@@ -99,11 +99,16 @@ def seen_by_one(here: Pool, b: int) -> bool:
     return sum(each) - each[most] < OF_OTHERS * each[most] or rests_on(here, b, {channels[most]})
 
 
+def explained_by_each(here: Pool, b: int) -> dict[int, float]:
+    """Axis -> Δ of a block on that channel, by coefficients of its own."""
+    return {a: _explained(g, h) for a, g, h in zip(here.blocks[b].columns, *_each(here, b), strict=True)}
+
+
 def _each(here: Pool, b: int) -> tuple[Array, Array]:
     """G (channels, k, k) and h (channels, k) of every channel that sees a block."""
     k = here.places[b]
     columns = {a: here.seen(a, k) for a in here.blocks[b].columns}
-    h = np.array([C.T @ here.state[a].z for a, C in columns.items()])
+    h = np.array([C.T @ here.remainder(a) for a, C in columns.items()])
     return np.array([C.T @ C for C in columns.values()]), h
 
 

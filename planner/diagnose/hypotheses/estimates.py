@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from planner.diagnose.channels.channel import Channel
 from planner.diagnose.channels.parameters import Range
 from planner.diagnose.hypotheses.candidates import Block, effect_blocks
-from planner.diagnose.hypotheses.found import ALPHA_FURTHER, Found, free
+from planner.diagnose.hypotheses.found import ALPHA_FURTHER, Found, along, free
 from planner.diagnose.hypotheses.freedoms import satterthwaite
-from planner.diagnose.hypotheses.lack_of_fit import along, own_variable
+from planner.diagnose.hypotheses.lack_of_fit import own_variable
 from planner.diagnose.hypotheses.nonlinear import as_likely_steps, profiled
 from planner.diagnose.hypotheses.pool import Pool, extended, given
 from planner.diagnose.hypotheses.scores import delta, mean_square, score

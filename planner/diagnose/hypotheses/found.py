@@ -20,6 +20,7 @@ from planner.diagnose.hypotheses.one_temperature import odds_at_one_temperature
 from planner.diagnose.hypotheses.pool import Pool, given
 from planner.diagnose.hypotheses.scores import Score, chance_of, delta, nulls_of, score
 from planner.diagnose.references.references import ONE_SCALE, REFERENCES, hypothesis
+from planner.diagnose.shapes.generic import VARIES_WITH, of_the_sensor
 
 ALPHA = 0.01  # false claims per sensor, of three channels, where nothing else is believed
 ALPHA_FURTHER = 0.002  # beside what is believed, whose misfit looks like more
@@ -281,3 +282,9 @@ def free(pool: Pool, candidates: Sequence[int], taken: Sequence[int]) -> list[in
 def on(pool: Pool, blocks: Sequence[int], axes: set[int]) -> list[int]:
     """Those of some blocks that act on some channels."""
     return [b for b in blocks if set(pool.blocks[b].columns) & axes]
+
+
+def along(pool: Pool, b: int) -> str:
+    """The generic alternative over a library effect's variable."""
+    name = VARIES_WITH.get(hypothesis(pool.blocks[b].name).variable, "")
+    return of_the_sensor(name, pool.blocks[b].sensor)

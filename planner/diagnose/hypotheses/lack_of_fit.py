@@ -18,17 +18,19 @@ from planner.diagnose.hypotheses.found import (
     TIE,
     Found,
     Question,
+    along,
     best_of,
     free,
     keys,
     on,
     significant,
 )
+from planner.diagnose.hypotheses.of_one_channel import of_one_channel_alone
 from planner.diagnose.hypotheses.parity import unlike_parity
 from planner.diagnose.hypotheses.pool import Pool
 from planner.diagnose.hypotheses.scores import Score, chance_of, delta, nulls_of, score
 from planner.diagnose.references.references import hypothesis
-from planner.diagnose.shapes.generic import VARIES_WITH, of_the_sensor
+from planner.diagnose.shapes.generic import VARIES_WITH
 
 STAYS = 0.5  # share of its Δ that a library effect must keep beside an unknown
 # share of the unknown's Δ that it must have: bins follow no curve exactly, and their rest fits anything
@@ -71,7 +73,11 @@ def _only_misfit(found: Found, generic: int, left: float) -> bool:
         known = hypothesis(block.name).misfit or (SHARED_MISFIT if len(block.columns) > 1 else 0.0)
         if own_variable(pool, b, generic):
             known = max(known, OWN_MISFIT)
-        if known > 0.0 and left < known * found.share(b).delta:
+        if (
+            known > 0.0
+            and left < known * found.share(b).delta
+            and not of_one_channel_alone(found, generic, b)
+        ):
             return True
     return False
 
@@ -96,7 +102,7 @@ def bench_misfit(found: Found, b: int, left: float) -> bool:
     for r in found.on(found.axes(b)):
         if r != b and of_the_bench(found, r) and found.share(r).delta > own:
             known = max(hypothesis(found.pool.blocks[r].name).misfit, SHARED_MISFIT)
-            if left < known * found.share(r).delta:
+            if left < known * found.share(r).delta and not of_one_channel_alone(found, b, r):
                 return not _is_the_rest(found, b, own)
     return False
 
@@ -187,15 +193,17 @@ def pairs_for_tables(found: Found, question: Question) -> None:
         mine = found.on({axis})
         if len(mine) != 1 or on(found.pool, found.unknown, {axis}) or len(found.axes(mine[0])) > 1:
             continue
-        if found.pool.blocks[mine[0]].apart:
-            continue  # no table: one of its coefficients may be all there is of it, and pays for itself alone
         here = found.without(*mine)
         own = [b for b in question.library if not found.pool.blocks[b].reference]
         pair = _best_pair(found, {axis}, own) if score(here, mine).m > 2 else None
         if pair is None or sum(score(here, [b]).m for b in pair) >= score(here, mine).m:
             continue
         together = delta(here, pair) - sum(penalty(here, b) for b in pair)
-        if together < score(here, mine).delta - penalty(here, mine[0]) + DECISIVE:
+        # one coefficient may be all there is of it, and pays for itself alone
+        if (
+            together
+            < max(score(here, mine).delta - penalty(here, mine[0]), score(here, mine).among_names) + DECISIVE
+        ):
             continue
         tried = found.tried([*(b for b in found.library if b not in mine), *pair])
         tried.refine(question)
@@ -210,12 +218,6 @@ def _same_variable(pool: Pool, mine: Sequence[int]) -> str:
         return ""
     variables = {along(pool, b) for b in mine}
     return variables.pop() if len(variables) == 1 else ""
-
-
-def along(pool: Pool, b: int) -> str:
-    """The generic alternative over a library effect's variable."""
-    name = VARIES_WITH.get(hypothesis(pool.blocks[b].name).variable, "")
-    return of_the_sensor(name, pool.blocks[b].sensor)
 
 
 def explained(found: Found, lacking: Sequence[int], question: Question) -> None:

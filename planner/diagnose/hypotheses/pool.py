@@ -48,12 +48,16 @@ class Contrast:
 
 @dataclass(frozen=True)
 class Taken:
-    """What a pool is clear of, M = I − E A. blocks, columns (e,): E; A: (e, K); left: (K,) where a rest is"""
+    """What a pool is clear of, M = I − E A. blocks, columns (e,): E; A: (e, K); left: (K,) where a rest is
+
+    sizes: (e,) coefficients of E by themselves, Gram_EE⁺ h_E
+    """
 
     blocks: tuple[int, ...]
     columns: NDArray[np.int64]
     A: Array
     left: NDArray[np.bool_]
+    sizes: Array
 
 
 @dataclass(frozen=True)
@@ -126,6 +130,17 @@ class Pool:
         M = self.beside(k, np.eye(len(k)))[self.axes[axis]]
         some = M.any(axis=1)
         return np.asarray(self.parts[axis][:, some] @ M[some])
+
+    def remainder(self, axis: int) -> Array:
+        """(n,) z of one channel, clear of what was taken.
+
+        Columns that are clear of it see nothing of it in all rows together, and all of it in some of them.
+        """
+        z, t = self.state[axis].z, self.taken
+        if t is None:
+            return z
+        mine = np.isin(self.axes[axis], t.columns)
+        return z - self.parts[axis][:, mine] @ t.sizes[np.searchsorted(t.columns, self.axes[axis][mine])]
 
     def flipped(self, signs: Array) -> Array:
         """(flips, K) sums of the segments under random signs, clear of what was taken."""
@@ -261,12 +276,13 @@ def given(pool: Pool, found: Iterable[int]) -> Pool:
 def _given(pool: Pool, found: Sequence[int]) -> Pool:
     assert pool.taken is None  # all that is believed is taken at once
     e = pool.columns(found)
-    A = inverse(pool.gram[np.ix_(e, e)]) @ pool.gram[e, :]
+    known = inverse(pool.gram[np.ix_(e, e)])
+    A = known @ pool.gram[e, :]
     square = np.maximum(np.diag(pool.gram), 1e-300)
     left = square - np.einsum("ek,ek->k", pool.gram[e, :], A) > APART * square
     left[e] = False
     h = np.where(left, pool.h - pool.h[e] @ A, 0.0)
-    return replace(pool, h=h, taken=Taken(tuple(found), e, A, left))
+    return replace(pool, h=h, taken=Taken(tuple(found), e, A, left, known @ pool.h[e]))
 
 
 def inverse(G: Array) -> Array:

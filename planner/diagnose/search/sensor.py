@@ -22,8 +22,8 @@ from planner.diagnose.hypotheses.candidates import (
 )
 from planner.diagnose.hypotheses.chance import Flips
 from planner.diagnose.hypotheses.estimates import Shape, estimates, shape_of, slopes_of
-from planner.diagnose.hypotheses.found import Found, Question, on
-from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, along
+from planner.diagnose.hypotheses.found import Found, Question, along, on
+from planner.diagnose.hypotheses.lack_of_fit import DECISIVE
 from planner.diagnose.hypotheses.nonlinear import refined
 from planner.diagnose.hypotheses.pool import Pool, pool_of
 from planner.diagnose.hypotheses.scores import score

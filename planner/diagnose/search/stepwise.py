@@ -6,7 +6,8 @@ first, and may be swapped for another as others enter. What is then left without
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -22,9 +23,11 @@ from planner.diagnose.hypotheses.found import (
     best_of,
     free,
     keys,
+    on,
     significant,
 )
 from planner.diagnose.hypotheses.lack_of_fit import (
+    DECISIVE,
     SHARED_MISFIT,
     bench_misfit,
     cut_chains,
@@ -55,6 +58,7 @@ def search(pool: Pool, question: Question) -> Found:
         if not lacking:
             break
         explained(found, lacking, question)
+    _swap_alike(found, question)
     pairs_for_tables(found, question)
     unname_where_unnamed_wins(found, question)
     plainer(found, question.library)
@@ -128,6 +132,51 @@ def _swap(found: Found, question: Question, null: Nulls) -> None:
             found.library[place : place + 1], changed = instead, True
         if not changed:
             return
+
+
+def _swap_alike(found: Found, question: Question) -> None:
+    """Exchange a name of several channels for one that explains them decisively better, on all at once.
+
+    One by one each is held by the others, of which it is likely to be one (`Found.alike`): where squares of
+    rates came first, beside as much else that was not believed yet, no asymmetry took their place any more.
+    """
+    names = Counter(found.pool.blocks[b].name for b in found.library if _swaps_alike(found, b))
+    several = [name for name, times in names.items() if times > 1]
+    better = [x for name in several if (x := _better_on_all(found, name, question))[0] > DECISIVE]
+    if not better:
+        return
+    null = found.chance(question)
+    for b, c in max(better, key=lambda x: x[0])[1].items():
+        key = found.pool.blocks[b].key
+        sure = min(chance_of(found.pool, b, found.share(b), null), found.stood_for.get(key, 1.0))
+        found.stood_for[found.pool.blocks[c].key] = sure
+        found.library[found.library.index(b)] = c
+
+
+def _better_on_all(found: Found, name: str, question: Question) -> tuple[float, dict[int, int]]:
+    """By how much another name explains all channels of one better; block -> what comes in its place."""
+    mine = {min(found.axes(b)): b for b in found.library if found.pool.blocks[b].name == name}
+    here = given(found.pool, found.others(*mine.values()))
+    every = free(found.pool, on(found.pool, question.library, set(mine)), found.others(*mine.values()))
+    each: dict[str, dict[int, int]] = {}
+    for c in (c for c in every if _swaps_alike(found, c) and score(here, [c]).log_p < np.log(SINGLE)):
+        each.setdefault(found.pool.blocks[c].name, {})[min(found.axes(c))] = c
+
+    def total(blocks: Iterable[int]) -> float:
+        """Channels have no noise in common, so that criteria add up."""
+        return sum(score(here, [c]).among_names + found.beforehand(c, ()) for c in blocks)
+
+    totals = {other: total(blocks.values()) for other, blocks in each.items() if len(blocks) == len(mine)}
+    best = max(totals, key=lambda other: totals[other], default=name)
+    instead = {b: each[best][axis] for axis, b in mine.items()} if best != name else {}
+    return (totals[best] - total(mine.values()) if instead else 0.0), instead
+
+
+def _swaps_alike(found: Found, b: int) -> bool:
+    """Whether a block is a sensor's own, of one channel and of one shape."""
+    block = found.pool.blocks[b]
+    alone = len(block.columns) == 1 and not block.reference and not block.nonlinear
+    return alone and not found.stands(b)
 
 
 def _channel_by_channel(

@@ -23,8 +23,8 @@ import numpy as np
 
 from planner.diagnose.channels.channel import Channel
 from planner.diagnose.hypotheses.candidates import Block
-from planner.diagnose.hypotheses.found import Found, Question, best_of, free, on
-from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, LEAST, along, simplest
+from planner.diagnose.hypotheses.found import Found, Question, along, best_of, free, on
+from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, LEAST, simplest
 from planner.diagnose.hypotheses.pool import Pool, given, inverse, pool_of
 from planner.diagnose.hypotheses.scores import Score, score
 from planner.diagnose.references.references import hypothesis

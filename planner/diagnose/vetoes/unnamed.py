@@ -12,8 +12,8 @@ import numpy as np
 
 from planner.diagnose.hypotheses.agreement import rests_on
 from planner.diagnose.hypotheses.candidates import LEAST_OF_A_TABLE, Block
-from planner.diagnose.hypotheses.found import SINGLE, Found, Question, keys, on
-from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, OWN_MISFIT, along, penalty, simplest
+from planner.diagnose.hypotheses.found import SINGLE, Found, Question, along, keys, on
+from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, OWN_MISFIT, penalty, simplest
 from planner.diagnose.hypotheses.pool import Pool
 from planner.diagnose.hypotheses.scores import delta, score
 from planner.diagnose.references.references import hypothesis

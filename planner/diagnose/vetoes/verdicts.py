@@ -201,12 +201,9 @@ def per_power_on(here: Pool, blocks: Sequence[int], starts: NDArray[np.int64]) -
     k = np.concatenate([here.places[b] for b in blocks])
     gram, h = np.zeros((len(starts), len(k), len(k))), np.zeros((len(starts), len(k)))
     for axis in here.blocks[blocks[0]].columns:
-        w = here.state[axis]
-        C = here.seen(axis, k)
-        z = w.z
+        C, z = here.seen(axis, k), here.remainder(axis)
         gram += np.add.reduceat(C[:, :, None] * C[:, None, :], starts)
         h += np.add.reduceat(C * z[:, None], starts)
-    # z is not clear of what else is believed; its part along C is, because C is clear of that
     return gram, h
 
 
