@@ -20,11 +20,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.diagnose.channels.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.found import Found
 from planner.diagnose.hypotheses.pool import inverse
-from planner.diagnose.noise.whitened import SEEN
-from planner.diagnose.vetoes.verdicts import TAIL
+from planner.diagnose.vetoes.verdicts import TAIL, per_power_on
 from planner.nouns.array import Array
 from planner.solvers.distributions import chi_square_tail
 
@@ -41,7 +39,7 @@ def sizes_differ(found: Found, b: int, starts: NDArray[np.int64], bench: NDArray
 
     starts: (g,) first rows; bench: (n,) of every row
     """
-    gram, h = _per_power_on(found, b, starts)
+    gram, h = per_power_on(found.without(b), [b], starts)
     gamma = inverse(gram.sum(axis=0)) @ h.sum(axis=0)
     a, c = np.einsum("i,kij,j->k", gamma, gram, gamma), h @ gamma
     tells = a > TAIL / max(len(a), 1) * a.sum()
@@ -55,23 +53,6 @@ def sizes_differ(found: Found, b: int, starts: NDArray[np.int64], bench: NDArray
     Q = float(np.sum((c - a * c.sum() / a.sum()) ** 2 / a))
     between = (Q - (len(a) - 1)) / float(a.sum() - np.sum(a**2) / a.sum())
     return bool(between > MOST**2 and chi_square_tail(Q, len(a) - 1) < CHANCE)
-
-
-def _per_power_on(found: Found, b: int, starts: NDArray[np.int64]) -> tuple[Array, Array]:
-    """(g, k, k) CᵀC and (g, k) Cᵀz of every power-on, z clear of all else that is believed.
-
-    As a whole C is clear of that, power-on by power-on it is not: an asymmetry beside a g-sensitivity of
-    ninety sigma had its size in a part of the records.
-    """
-    here = found.without(b)
-    k, others = here.places[b], here.columns(found.others(b))
-    gram, h = np.zeros((len(starts), len(k), len(k))), np.zeros((len(starts), len(k)))
-    for axis in here.blocks[b].columns:
-        C, z = here.seen(axis, k), here.state[axis].z
-        beside = orthonormal(here.parts[axis][:, np.isin(here.axes[axis], others)], SEEN)
-        gram += np.add.reduceat(C[:, :, None] * C[:, None, :], starts)
-        h += np.add.reduceat(C * clear(beside, z)[:, None], starts)
-    return gram, h
 
 
 def _benches(bench: NDArray[np.str_]) -> NDArray[np.bool_]:
