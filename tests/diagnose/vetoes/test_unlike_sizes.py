@@ -45,7 +45,7 @@ def test_one_gyro_has_it_and_one_bench_makes_the_same_of_the_next(seed: int) -> 
 @pytest.mark.parametrize("seed", [5, 6])
 @pytest.mark.further("seed", [7, 8])
 def test_from_one_power_on_on(seed: int) -> None:
-    """Ten power-ons, at temperatures up and down: of five, warmer each time, it is a slope over temperature."""
+    """Ten power-ons, warmer and colder: of five that are warmer each time it is a slope over temperature."""
     hall = days(seed, 10)
     found = whole(hidden(read(hall, seed), "gyro", 2, _of(hall, hall.run > 5)))
     assert ("g_sensitivity", "gyro_z") not in _named(found)
