@@ -80,8 +80,8 @@ def test_power_ons_that_draw_alike_by_chance_are_no_other_reference(name: str, s
     assert diagnose(table, unit.spec).reference_suspects == ()
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.further("seed", [4, 5])
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [2, 4, 5])
 def test_a_unit_that_is_mounted_crooked_in_one_of_six_power_ons_exceeds_its_misalignment(seed: int) -> None:
     """By a degree, in the spec's own plan: of two made alike nobody knows which, and both had been noise."""
     unit = load_spec(SHIPPED / "small_uav.yaml")

@@ -52,8 +52,8 @@ def test_an_effect_of_the_bench_does_not_fly() -> None:
     assert not flown(arm, arm_length=100.0)[1]
 
 
-@pytest.mark.parametrize("seed", [98011, 98012])
-@pytest.mark.further("seed", [98013])
+@pytest.mark.parametrize("seed", [98011])
+@pytest.mark.further("seed", [98012, 98013])
 def test_siblings_that_are_not_told_take_no_name_from_one_that_is(seed: int) -> None:
     """Sensitivity to y's load over temperature costs a metre, what nobody told of x's flies seven."""
     hall, noise = days(seed, 10), Noise(2e-3, 1e-3)

@@ -62,8 +62,8 @@ def louder(found: UnitDiagnosis) -> set[str]:
     return {b.error for b in found.budget_exceeded if b.part == "white_of_1_s"}
 
 
-@pytest.mark.parametrize("seed", [1, 3])
-@pytest.mark.further("seed", [2, *range(4, 10)])
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [3, 2, *range(4, 10)])
 def test_a_unit_noisier_than_its_spec_says_is_said_and_one_within_it_is_not(seed: int) -> None:
     found = diagnose(table(seed), spec(0.5))
     assert louder(found) == {"gyro.noise", "accelerometer.noise"}

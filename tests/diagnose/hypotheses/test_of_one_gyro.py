@@ -26,8 +26,8 @@ def _said(found: UnitDiagnosis) -> set[str]:
     return {s.hypothesis for s in found.reference_suspects} | {e.effect for e in found.effects}
 
 
-@pytest.mark.parametrize("seed", [41, 45])
-@pytest.mark.further("seed", [58, 60])
+@pytest.mark.parametrize("seed", [41])
+@pytest.mark.further("seed", [45, 58, 60])
 def test_north_that_one_gyro_sees_is_no_azimuth(seed: int) -> None:
     """It was an azimuth of all three, and a scale factor that changes after power-on by its rests alone."""
     hall = _any_north(seed)
@@ -53,8 +53,8 @@ def _growing(seed: int, size: float, power: int) -> DwellTable:
     return hidden(read(hall, seed), "gyro", 1, size * hall.up[:, 2] * x**power)
 
 
-@pytest.mark.parametrize("seed", [47, 48])
-@pytest.mark.further("seed", [53, 54, 59])
+@pytest.mark.parametrize("seed", [47])
+@pytest.mark.further("seed", [48, 53, 54, 59])
 def test_a_faint_load_s_share_may_go_with_temperature_squared(seed: int) -> None:
     """It was a g-sensitivity of one size, of 6 to 9 sigma, whose rivals did not have the temperature."""
     found = whole(_growing(seed, 3e-4, 2))
@@ -62,8 +62,8 @@ def test_a_faint_load_s_share_may_go_with_temperature_squared(seed: int) -> None
     assert "temperature" in said
 
 
-@pytest.mark.parametrize("seed", [51, 52])
-@pytest.mark.further("seed", [53, 54])
+@pytest.mark.parametrize("seed", [51])
+@pytest.mark.further("seed", [52, 53, 54])
 def test_a_strong_load_s_share_is_one_at_every_temperature(seed: int) -> None:
     found = whole(_growing(seed, 1.5e-3, 0))
     (effect,) = found.effects

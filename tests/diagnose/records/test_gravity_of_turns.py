@@ -26,8 +26,8 @@ def _gravity_of(table: DwellTable, share: float, runs: Array | None = None) -> D
 
 
 @pytest.mark.parametrize(("share", "size"), [(0.0, 1.0), (-1.0, 2.0)])
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.further("seed", [3])
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [2, 3])
 def test_gravity_missing_on_the_arm_is_a_fault_of_the_reference(seed: int, share: float, size: float) -> None:
     """It was a step of the accelerometers' bias at 900 sigma, or power-ons beyond the budget."""
     found = diagnose(_gravity_of(campaign(seed, 0.0), share), SPEC)

@@ -149,8 +149,8 @@ def few(seed: int, power_ons: int) -> Hall:
     return replace(hall, temperature=degc + 0.03 * rng.normal(size=len(degc)))
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.further("seed", range(3, 9))
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [2, *range(3, 9)])
 def test_a_power_on_of_another_unit_among_six_is_said(seed: int) -> None:
     """The verdict had been `clean`, beside scale factors that scattered 170 times as much as budgeted."""
     hall = few(seed, 6)

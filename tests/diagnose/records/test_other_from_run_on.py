@@ -74,8 +74,8 @@ def test_gyros_that_turn_by_themselves_are_no_mounting(seed: int) -> None:
     assert all(s.hypothesis != "mounting" for s in found.reference_suspects)
 
 
-@pytest.mark.parametrize("seed", [31, 32])
-@pytest.mark.further("seed", [33])
+@pytest.mark.parametrize("seed", [31])
+@pytest.mark.further("seed", [32, 33])
 def test_one_axis_that_leans_otherwise_is_no_mounting(seed: int) -> None:
     hall = days(seed, 24)
     late = hall.run >= 11
@@ -120,8 +120,8 @@ def test_a_base_that_leans_from_a_run_on_is_said_with_the_run(seed: int, layout:
     assert suspect.high - suspect.low < size
 
 
-@pytest.mark.parametrize("seed", [51, 52])
-@pytest.mark.further("seed", [53])
+@pytest.mark.parametrize("seed", [51])
+@pytest.mark.further("seed", [52, 53])
 def test_a_base_that_leans_throughout_has_no_run_at_which_it_began(seed: int) -> None:
     hall = days(seed, 24)
     felt = replace(hall, up=hall.up + np.radians(0.02) * ~hall.turns[:, None] * hall.north)

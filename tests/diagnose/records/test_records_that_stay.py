@@ -9,8 +9,8 @@ from tests.diagnose.hall import days, hidden, read
 from tests.diagnose.worlds import whole
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.further("seed", [3, 4])
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [2, 3, 4])
 def test_a_cable_that_is_loose_on_one_face(seed: int) -> None:
     hall, rng = days(seed, 16), np.random.default_rng([seed, 95])
     there = (hall.up[:, 1] > 0.9) & ~hall.turns & (rng.random(len(hall.run)) < 0.6)

@@ -60,8 +60,8 @@ def test_no_temperature_is_doubted_where_all_are_right(seed: int, layout: Callab
     assert not found.rows_left_out
 
 
-@pytest.mark.parametrize("seed", [21, 22])
-@pytest.mark.further("seed", [23])
+@pytest.mark.parametrize("seed", [21])
+@pytest.mark.further("seed", [22, 23])
 def test_what_one_run_reads_otherwise_is_no_temperature(seed: int) -> None:
     """A power-on whose accelerometers lean by what no other temperature gives them."""
     hall = days(seed, 20)

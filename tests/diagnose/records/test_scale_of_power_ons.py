@@ -47,8 +47,8 @@ def test_gyros_that_scatter_together_are_a_table(seed: int) -> None:
     assert not found.budget_exceeded
 
 
-@pytest.mark.parametrize("seed", [311, 312])
-@pytest.mark.further("seed", [313, 314])
+@pytest.mark.parametrize("seed", [311])
+@pytest.mark.further("seed", [312, 313, 314])
 def test_a_step_of_the_table_has_its_place_and_its_size(seed: int) -> None:
     told = _told(_table(seed, np.where(np.arange(24) >= 11, 9e-4, 0.0)))
     assert told is not None
@@ -57,8 +57,8 @@ def test_a_step_of_the_table_has_its_place_and_its_size(seed: int) -> None:
     assert told.half < 5e-5  # of gyros that draw 2e-5 each
 
 
-@pytest.mark.parametrize("seed", [321, 322])
-@pytest.mark.further("seed", [323, 324])
+@pytest.mark.parametrize("seed", [321])
+@pytest.mark.further("seed", [322, 323, 324])
 def test_gyros_that_scatter_by_themselves_are_no_table(seed: int) -> None:
     """Fifteen times what the spec has, on each of them; and on one alone."""
     hall = days(seed, 24)
@@ -103,8 +103,8 @@ def test_a_bench_of_another_gravity_from_some_day_on(seed: int, by: float) -> No
     assert (found.effects, found.unknown) == ((), ())
 
 
-@pytest.mark.parametrize("seed", [351, 352])
-@pytest.mark.further("seed", [353, 354])
+@pytest.mark.parametrize("seed", [351])
+@pytest.mark.further("seed", [352, 353, 354])
 def test_accelerometers_that_scatter_by_themselves_are_no_gravity(seed: int) -> None:
     """The same step of one, and a scatter of its own in each of them."""
     hall, rng = days(seed, 24), np.random.default_rng([seed, 93])

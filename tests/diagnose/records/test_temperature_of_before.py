@@ -22,8 +22,8 @@ def _late(table: DwellTable) -> DwellTable:
     return replace(table, temperature_degc=t)
 
 
-@pytest.mark.parametrize("seed", [71, 72])
-@pytest.mark.further("seed", [73, 74])
+@pytest.mark.parametrize("seed", [71])
+@pytest.mark.further("seed", [72, 73, 74])
 def test_it_is_the_thermometer_and_no_lag_of_the_sensors(seed: int) -> None:
     """Thermal lags of up to four channels were claimed, and curves over the time since power-on."""
     table = read(chamber(seed), seed)

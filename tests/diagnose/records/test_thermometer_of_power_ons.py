@@ -77,8 +77,8 @@ def test_a_campaign_of_ramps_and_loads_has_one_thermometer(seed: int) -> None:
     assert not whole(table).reference_suspects
 
 
-@pytest.mark.parametrize("seed", [41, 42])
-@pytest.mark.further("seed", [43, 44])
+@pytest.mark.parametrize("seed", [41])
+@pytest.mark.further("seed", [42, 43, 44])
 def test_a_step_of_one_channel_is_no_thermometer(seed: int) -> None:
     """Another temperature would move all that have curves."""
     hall = days(seed, 24)

@@ -90,8 +90,8 @@ def test_one_table_of_two_turns_faster(seed: int, share: float) -> None:
     assert abs(suspect.value - (share if one else -share)) < 0.1 * abs(share)
 
 
-@pytest.mark.parametrize("seed", [91, 92])
-@pytest.mark.further("seed", [93, 94, 95])
+@pytest.mark.parametrize("seed", [91])
+@pytest.mark.further("seed", [92, 93, 94, 95])
 def test_faces_of_a_fixture_that_lean_by_angles_of_their_own(seed: int) -> None:
     hall = days(seed, 20)
     rng = np.random.default_rng([seed, 50])
@@ -114,8 +114,8 @@ def test_a_product_of_forces_on_one_accelerometer_is_no_fixture(seed: int) -> No
     assert set(channels) == {"accelerometer_y"}
 
 
-@pytest.mark.parametrize("seed", [111, 112])
-@pytest.mark.further("seed", [113, 114])
+@pytest.mark.parametrize("seed", [111])
+@pytest.mark.further("seed", [112, 113, 114])
 def test_the_cogs_of_a_table(seed: int) -> None:
     """The angle of every turn is off by what the encoder is at its end, the same of all three gyros."""
     hall = days(seed, 20)
@@ -127,8 +127,8 @@ def test_the_cogs_of_a_table(seed: int) -> None:
     _suspect(found, "table_rate")
 
 
-@pytest.mark.parametrize("seed", [121, 122])
-@pytest.mark.further("seed", [123, 124])
+@pytest.mark.parametrize("seed", [121])
+@pytest.mark.further("seed", [122, 123, 124])
 def test_the_earths_rate_is_left_out_of_turns_alone(seed: int) -> None:
     hall = days(seed, 20)
     table = read(hall, seed)

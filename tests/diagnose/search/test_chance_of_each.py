@@ -27,8 +27,8 @@ def _walks(hall: Hall, seed: int) -> Array:
     return out
 
 
-@pytest.mark.parametrize("seed", [351, 354])
-@pytest.mark.further("seed", [355, 352, 356])
+@pytest.mark.parametrize("seed", [351])
+@pytest.mark.further("seed", [354, 355, 352, 356])
 def test_a_walk_of_one_gyro_does_not_hide_the_warm_up_of_another(seed: int) -> None:
     """At 5 to 8 sigma it was nothing, five times of six: the walk's tables made chance look that large."""
     hall = days(seed, 20)
@@ -40,8 +40,8 @@ def test_a_walk_of_one_gyro_does_not_hide_the_warm_up_of_another(seed: int) -> N
     assert said
 
 
-@pytest.mark.parametrize("seed", [362, 364])
-@pytest.mark.further("seed", [366, 367])
+@pytest.mark.parametrize("seed", [362])
+@pytest.mark.further("seed", [364, 366, 367])
 def test_what_wanders_within_power_ons_does_not_hide_a_step_between_them(seed: int) -> None:
     """Of one gyro: the walk's drifts made chance look like eight sigma, and the step was nothing."""
     hall = days(seed, 24)

@@ -37,8 +37,8 @@ def _written(table: DwellTable) -> DwellTable:
     return replace(table, ref_acc=G * np.round(table.ref_acc / G, DIGITS), gyro=None)
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.further("seed", [4, 5])
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [2, 4, 5])
 def test_the_square_of_one_force_is_named_with_its_size(seed: int) -> None:
     """The fit told it as 0 ± 2 g/g², and something else was named in its place, at thirty sigma."""
     hall, axis = _tilted(seed), seed % 3

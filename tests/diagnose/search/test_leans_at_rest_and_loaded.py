@@ -68,8 +68,8 @@ def rests_and_loads(seed: int, squared: float = 0.0, cubed: float = 0.0, loaded:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.further("seed", range(3, 8))
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [2, *range(3, 8)])
 def test_they_are_noise_and_no_product_of_loads(seed: int) -> None:
     """All products of loads together leave no noise of records that grows with the load: none was asked.
 
@@ -83,8 +83,8 @@ def test_they_are_noise_and_no_product_of_loads(seed: int) -> None:
     assert diagnose_sensor(data, "accelerometer", DECLARED, 1).found.all == []
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.further("seed", range(3, 8))
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [2, *range(3, 8)])
 def test_what_is_no_lean_is_seen_beside_them_and_on_its_channel_alone(seed: int) -> None:
     """In ten of eleven by its name, of dozens of loads; in one by a curve over the load."""
     found = diagnose_sensor(prepared(rests_and_loads(seed, 2e-6), UNIT), "accelerometer", DECLARED, 1).found
@@ -92,8 +92,8 @@ def test_what_is_no_lean_is_seen_beside_them_and_on_its_channel_alone(seed: int)
     assert key in {("vibration_rectification", (2,)), ("specific_force", (2,))}
 
 
-@pytest.mark.parametrize("seed", [9, 11])
-@pytest.mark.further("seed", [2, 3, 4, 5, 7])
+@pytest.mark.parametrize("seed", [9])
+@pytest.mark.further("seed", [11, 2, 3, 4, 5, 7])
 def test_what_six_power_ons_tell_is_not_beaten_by_what_then_goes(seed: int) -> None:
     """A cubic of 26 and 40 sigma gave way to bins that six power-ons tell no surer than chance: silence."""
     table = rests_and_loads(seed, cubed=3e-4, loaded=6)

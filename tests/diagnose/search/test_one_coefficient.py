@@ -25,8 +25,8 @@ def _product(hall: Hall, name: str, axis: int) -> np.ndarray:
     return np.asarray(STRENGTH * GYRO.white / np.linalg.norm(clear) * shape)
 
 
-@pytest.mark.parametrize("seed", [1, 4])
-@pytest.mark.further("seed", [2, 3, 5, 6])
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [4, 2, 3, 5, 6])
 @pytest.mark.parametrize("name", ["cross_coupling", "g_product_sensitivity"])
 def test_one_product_is_named(name: str, seed: int) -> None:
     hall, axis = anywhere(seed), seed % 3

@@ -14,8 +14,8 @@ from tests.diagnose.hall import GYRO, days, hidden, read
 from tests.diagnose.worlds import DECLARED
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
-@pytest.mark.further("seed", range(4, 8))
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [2, 3, *range(4, 8)])
 def test_only_in_the_place_of_what_was_significant_does_a_name_stay(seed: int) -> None:
     """A warm-up with its time constant refined had stood for itself with p = 0.18, and was claimed."""
     hall, axis = days(seed), seed % 3

@@ -52,7 +52,8 @@ def test_soaked_points_have_nothing_between_them() -> None:
     assert not list(between_nodes(t, temperature_nodes(t)))
 
 
-@pytest.mark.parametrize("seed", [37, 38])
+@pytest.mark.parametrize("seed", [37])
+@pytest.mark.further("seed", [38])
 def test_what_one_channel_shows_is_no_lag_of_the_thermometer(seed: int) -> None:
     """Of a lag the other two would see several sigma."""
     hall = sweeps(seed)

@@ -28,8 +28,8 @@ def _found(hall: Hall, seed: int, sensor: Sensor, shape: Array) -> tuple[set[str
 
 
 @pytest.mark.parametrize(("sensor", "size"), [("accelerometer", 6e-4), ("gyro", 4.5e-3)])
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.further("seed", [3, 4, 5])
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [2, 3, 4, 5])
 def test_a_product_of_three_forces_goes_with_the_force(sensor: Sensor, size: float, seed: int) -> None:
     """Nothing was said at 32 sigma, or it went with the ways up and the time since power-on as well."""
     hall = anywhere(seed)

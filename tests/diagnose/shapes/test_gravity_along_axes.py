@@ -36,8 +36,8 @@ def _faces_and_tilts(seed: int) -> Hall:
     return log.hall()
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.further("seed", [3, 4, 5])
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [2, 3, 4, 5])
 def test_an_accelerometer_that_does_not_move_at_small_forces_has_no_powers_for_names(seed: int) -> None:
     """It was a scale factor over acceleration and a cubic, two effects for one bend."""
     hall = anywhere(seed)
@@ -57,8 +57,8 @@ def test_the_root_of_a_force_is_no_product_of_two(sensor: Sensor, size: float, s
     assert variables == {"specific_force"}
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.further("seed", [3, 4, 5])
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [2, 3, 4, 5])
 def test_what_a_gyro_shows_from_half_a_g_on_is_no_sensitivity_to_the_force(seed: int) -> None:
     """It was that, and what was left of it an orientation: two claims for one curve."""
     hall = _faces_and_tilts(seed)

@@ -46,8 +46,8 @@ def _claims(s: SensorFound, axis: int = 1) -> set[str]:
     return {blocks[b].name for b in s.found.all if axis in blocks[b].columns}
 
 
-@pytest.mark.parametrize("seed", [41, 44])
-@pytest.mark.further("seed", [46, 48])
+@pytest.mark.parametrize("seed", [41])
+@pytest.mark.further("seed", [44, 46, 48])
 def test_a_bias_that_saturates_with_one_load(seed: int) -> None:
     table = _few(seed)
     assert table.ref_acc is not None
@@ -56,15 +56,16 @@ def test_a_bias_that_saturates_with_one_load(seed: int) -> None:
     assert claims <= {"specific_force", "load_curve"}
 
 
-@pytest.mark.parametrize("seed", [51, 52])
-@pytest.mark.further("seed", [53])
+@pytest.mark.parametrize("seed", [51])
+@pytest.mark.further("seed", [52, 53])
 def test_what_is_straight_keeps_its_name(seed: int) -> None:
     table = _few(seed)
     assert table.ref_acc is not None
     assert _claims(_with(table, table.ref_acc @ np.array([0.5, -1.0, 0.7]))) == {"g_sensitivity"}
 
 
-@pytest.mark.parametrize("seed", [61, 62])
+@pytest.mark.parametrize("seed", [61])
+@pytest.mark.further("seed", [62])
 def test_a_name_keeps_its_own_variable_where_it_does_not_hold(seed: int) -> None:
     """A lean over temperature of which nobody takes a day for the cause."""
     table, _ = campaign(seed, Hidden("misalignment_temperature", "gyro_y", 20.0))

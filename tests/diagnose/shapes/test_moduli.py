@@ -37,6 +37,7 @@ def test_what_turns_alone_have_is_no_step_on_the_day_on_which_they_begin(axis: s
     assert claims("turning or not", axis, seed, 15.0, False) == [("rate", ("xyz".index(axis),))]
 
 
-@pytest.mark.parametrize("seed", [92020, 92021])
+@pytest.mark.parametrize("seed", [92020])
+@pytest.mark.further("seed", [92021])
 def test_a_step_on_another_day_keeps_its_name(seed: int) -> None:
     assert claims("bias_step", "y", seed, 15.0, False) == [("bias_step", (1,))]

@@ -24,8 +24,8 @@ def _said(table: DwellTable) -> set[str]:
     return {e.effect for e in found.effects} | {u.varies_with for u in found.unknown}
 
 
-@pytest.mark.parametrize("seed", [301, 302])
-@pytest.mark.further("seed", range(303, 307))
+@pytest.mark.parametrize("seed", [301])
+@pytest.mark.further("seed", [302, *range(303, 307)])
 def test_a_wave_over_twenty_power_ons_goes_with_the_days(seed: int) -> None:
     """Nothing was said: four nodes are all that so few power-ons carry, and it passed for their spread."""
     hall = days(seed, 20)
@@ -45,8 +45,8 @@ def test_a_gyro_that_locks_in_at_small_rates_goes_with_the_rate(seed: int) -> No
     assert _said(hidden(table, "gyro", seed % 3, 3.5e-4 * locked)) == {"rate"}
 
 
-@pytest.mark.parametrize("seed", [321, 322, 323])
-@pytest.mark.further("seed", [324, 325, 326])
+@pytest.mark.parametrize("seed", [321])
+@pytest.mark.further("seed", [322, 323, 324, 325, 326])
 def test_an_axis_that_leans_as_the_case_bends_goes_with_temperature(seed: int) -> None:
     """Bins of the six ways up over the nodes of the table cost more than it explains: nothing was said."""
     hall = tumbles(seed)
@@ -58,8 +58,8 @@ def test_an_axis_that_leans_as_the_case_bends_goes_with_temperature(seed: int) -
     assert said
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.further("seed", [3, 4])
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [2, 3, 4])
 def test_a_step_after_power_on_goes_with_the_time_and_is_no_drift(seed: int) -> None:
     """Bins of the time cost eight columns: it was a drift, or went with the rates that turn later on."""
     hall = days(seed, 18)

@@ -118,8 +118,8 @@ def test_a_spike_in_the_one_power_on_that_turns_an_axis_is_nothing_that_goes_wit
     assert not found.unknown
 
 
-@pytest.mark.parametrize("seed", [2, 3, 4])
-@pytest.mark.further("seed", [5, 6, 7])
+@pytest.mark.parametrize("seed", [2])
+@pytest.mark.further("seed", [3, 4, 5, 6, 7])
 def test_an_accelerometer_that_sticks_at_small_forces_is_told_beside_loads(seed: int) -> None:
     """0.5 mg: curves of gravity were asked only where no record is loaded, powers of the load say nothing."""
     table, _ = campaign(seed)

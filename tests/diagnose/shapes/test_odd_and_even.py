@@ -27,8 +27,8 @@ def _shape(shape: str, u: Array) -> Array:
     return np.asarray(-4e-7 * np.maximum(u - 100.0, 0.0) ** 2)
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.further("seed", [3, 4])
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [2, 3, 4])
 def test_a_cubic_and_an_asymmetry_have_their_names(seed: int) -> None:
     """Bins over six rates follow both: they were one curve without a name, at hundreds of sigma."""
     names, variables = _diagnosed(seed, "pair")
@@ -36,8 +36,8 @@ def test_a_cubic_and_an_asymmetry_have_their_names(seed: int) -> None:
     assert not variables
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.further("seed", [3])
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [2, 3])
 def test_a_gyro_that_saturates_on_one_side_is_no_such_pair(seed: int) -> None:
     names, variables = _diagnosed(seed, "one side")
     assert not names & {"scale_factor_nonlinearity", "scale_factor_asymmetry"}

@@ -42,8 +42,8 @@ def test_two_days_without_hours_differ_by_the_day(seed: int) -> None:
     assert {u.varies_with for u in found.unknown} == {"day"}
 
 
-@pytest.mark.parametrize("seed", [669, 670])
-@pytest.mark.further("seed", [661, 664, 671])
+@pytest.mark.parametrize("seed", [669])
+@pytest.mark.further("seed", [670, 661, 664, 671])
 def test_an_ageing_over_two_days_keeps_its_name_beside_something_else(seed: int) -> None:
     """Bins of two days are the same column: by what rounding left of either the name was lost."""
     hall = replace(_on(seed, 2), day=4.0 * _on(seed, 2).day)

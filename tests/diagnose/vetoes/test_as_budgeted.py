@@ -71,16 +71,16 @@ def _read(u: Array, run: Array, t: Array, sensor: str, rng: np.random.Generator)
     return np.asarray((1.0 + kappa) * v + bias + WHITE[sensor] * rng.normal(size=u.shape))
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.further("seed", [3, 4, 5, 6])
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [2, 3, 4, 5, 6])
 def test_leans_that_three_power_ons_draw_are_no_curve_over_temperature(seed: int) -> None:
     """Of three accelerometers "temperature" was claimed at 14 to 170 sigma in half of such campaigns."""
     found = diagnose(few_on_the_arm(seed), SPEC)
     assert (found.effects, found.unknown) == ((), ())
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.further("seed", [3, 4])
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [2, 3, 4])
 def test_what_no_lean_follows_is_still_named(seed: int) -> None:
     found = diagnose(few_on_the_arm(seed, bends=4e-6), SPEC)  # 10 mg at 50 g
     assert {c for e in found.effects for c in e.channels} == {"accelerometer_z"}

@@ -103,8 +103,8 @@ def test_a_curve_between_nodes_is_no_rate_and_no_lag(seed: int, curve: float, na
     assert {found for found, _ in named(searched(table, residual=False).found)} == {name}
 
 
-@pytest.mark.parametrize("seed", [2, 3, 5])
-@pytest.mark.further("seed", [7, 8, 10, 11, 12])
+@pytest.mark.parametrize("seed", [2])
+@pytest.mark.further("seed", [3, 5, 7, 8, 10, 11, 12])
 def test_a_rate_up_and_down_through_the_same_gap_is_named(seed: int) -> None:
     """One mg per K/min beside a curve of two mg, where the spec lets a table of four points leave five."""
     assert named(searched(ramped(seed, BOTH_WAYS, 2.0, rate=1.0)).found) == {("temperature_rate", "x")}

@@ -116,8 +116,8 @@ def test_a_gyro_that_saturates_is_no_cubic_where_the_rates_tell_it(seed: int) ->
     assert {u.varies_with for u in found.unknown} == {"rate"}
 
 
-@pytest.mark.parametrize("seed", [681, 682, 683])
-@pytest.mark.further("seed", range(684, 696))
+@pytest.mark.parametrize("seed", [681])
+@pytest.mark.further("seed", [682, 683, *range(684, 696)])
 def test_a_cubic_over_the_same_rates_keeps_its_name(seed: int) -> None:
     hall = axes_apart(seed, 2, (-300.0, -220.0, -150.0, -80.0, -30.0, 30.0, 80.0, 150.0, 220.0, 300.0))
     shape = 2e-2 * (hall.turn[:, seed % 3] / 300.0) ** 3
