@@ -96,7 +96,7 @@ def diagnose(
         wrong = (*wrong, unlike)
         effects, theirs = of_their_power_ons(effects, data)
         spans = [*spans, *theirs]
-    wrong, effects, falls, rest = _without_the_bench(found, data, effects, unknown, wrong, search)
+    wrong, effects, falls, rest = _without_the_bench(found, data, effects, unknown, wrong, spec)
     spans, unknown = [*spans, *falls], [*unknown, *rest]
     untestable += _of_references(found, spec, {one.hypothesis for one in wrong})
     return UnitDiagnosis(
@@ -123,14 +123,14 @@ def _without_the_bench(
     effects: Sequence[FoundEffect],
     unknown: Sequence[Unknown],
     wrong: tuple[ReferenceSuspect, ...],
-    search: Search,
+    spec: Spec,
 ) -> tuple[tuple[ReferenceSuspect, ...], list[FoundEffect], list[Refused], list[Unknown]]:
     """The suspects with what the channels say of each other's references, and `beside_the_bench` of them."""
     temperatures = Temperatures(found, data)
     wrong = (*wrong, *thermometer_beside(effects, wrong, temperatures))
     laws = list(one_laws(found, data, effects, unknown))
     wrong = (*wrong, *(law.suspect for law in laws))
-    rate = unsteady_rate(found, wrong, search.spec)
+    rate = unsteady_rate(found, wrong, spec)
     wrong = wrong if rate is None else (*wrong, rate)
     return wrong, *beside_the_bench(effects, unknown, wrong, temperatures, laws)
 

@@ -23,7 +23,7 @@ something is there, and with what it goes, stays said.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence, Set
 from dataclasses import replace
 
 from planner import catalog
@@ -85,13 +85,14 @@ def beside_the_bench(
     recorded = {s.channels[0] for s in wrong if s.hypothesis in OF_ONE_CHANNEL and len(s.channels) == 1}
     stands, falls, rest = [], [], []
     for e in (part for whole in effects for part in _parts(whole, temperatures)):
-        own = catalog.effects()[e.effect].bench_only
-        why = None if own else _why(e, effects, unknown, suspected, temperatures)
-        # a power-on of which records are wrong has another level by what is left of them
-        in_it = follows_the_course(e.effect) and recorded.issuperset(e.channels)
-        if not own and (in_it or len(recorded) >= len(AXES)):
+        if catalog.effects()[e.effect].bench_only:
+            why = None
+        elif any(law.takes(e) for law in laws):
+            why = ONE_LAW
+        elif _of_the_recorder(e, recorded):
             why = RECORDER
-        why = ONE_LAW if not own and any(law.takes(e) for law in laws) else why
+        else:
+            why = _why(e, effects, unknown, suspected, temperatures)
         if why is None:
             stands.append(e)
         else:
@@ -100,6 +101,15 @@ def beside_the_bench(
     said = {(c, u.varies_with) for u in unknown for c in u.channels}
     new = {(u.channels, u.varies_with): u for u in rest if (u.channels[0], u.varies_with) not in said}
     return stands, falls, list(new.values())
+
+
+def _of_the_recorder(e: FoundEffect, recorded: Set[str]) -> bool:
+    """Whether an effect may be what wrong records left: a power-on of which some are has another level.
+
+    recorded: the channels of which it is the recording that is wrong
+    """
+    in_it = follows_the_course(e.effect) and recorded >= set(e.channels)
+    return in_it or len(recorded) >= len(AXES)
 
 
 def _called(s: ReferenceSuspect) -> str:
