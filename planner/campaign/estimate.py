@@ -78,22 +78,25 @@ def estimate(
     robust: Robust = "no",
     given: tuple[Noise, Variances] | None = None,
     slopes: Slopes = dict,
+    budgets: bool = True,
 ) -> Estimate:
     """Fit the declared effects to one channel's readings y (n,); rows stand power-on by power-on.
 
     given: the covariance, if it is not to be found from these readings
+    budgets: whether the unit has what its budget says and no effect is declared for
     A parameter that the data do not tell within its range stays at its default: beside one that runs away its
     amplitude would be any number. Raises ValueError when there are no more rows than coefficients.
     """
+    how = (runs, spec, robust, given, slopes, budgets)
     try:
-        found, said = _fitted(model, y, runs, spec, robust, given, slopes), list[str]()
+        found, said = _fitted(model, y, *how), list[str]()
     except NoNoise:
         y = y + _last_digit(y)
-        found, said = _fitted(model, y, runs, spec, robust, given, slopes), [NOISELESS]
+        found, said = _fitted(model, y, *how), [NOISELESS]
     known = {c.effect.name: c.effect for c in model.carried}
     while lost := unobservable(found.model, found.theta, found.fit):
         held = replace(found.model, held=(*found.model.held, *lost))
-        found = _fitted(held, y, runs, spec, robust, given, slopes)
+        found = _fitted(held, y, *how)
         said += [
             f"the data do not tell the {p.name} of {effect}: held at its default, {p.shown(p.default)}"
             for effect, parameter in lost
@@ -117,6 +120,7 @@ def _fitted(
     robust: Robust,
     given: tuple[Noise, Variances] | None,
     slopes: Slopes,
+    budgets: bool,
 ) -> Estimate:
     seen = first_order(model)
     theta, weights = _start(model, y, robust, seen)
@@ -127,7 +131,7 @@ def _fitted(
         parts = evaluate(model, theta)
         J = seen.slope(model, theta, parts)
         left = y - parts.predicted
-        prior = prior_of(model, theta, parts, runs, spec)
+        prior = prior_of(model, theta, parts, runs, spec, budgets)
         if given is None and (turn == 0 or robust != "no" or _moved(model, step, error)):
             every = noise_model(model, parts, runs, spec.unit, weights)
             by_spec = partial(with_stray, every, model, parts, spec.unit, weights, slopes)

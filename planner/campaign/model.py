@@ -108,6 +108,7 @@ class Campaign:
     runs: PowerOns
     effects: tuple[str, ...]
     slopes: Slopes = dict
+    budgets: bool = True
 
     @cached_property
     def channels(self) -> dict[tuple[Sensor, int], ChannelCampaign]:
@@ -127,7 +128,8 @@ class Campaign:
 
         channels: which are asked for; all three come where they have a coefficient in common
         """
-        return fit_triad(sensor, readings, self.runs, self.spec, self.effects, robust, channels, self.slopes)
+        how = (self.runs, self.spec, self.effects, robust, channels, self.slopes, self.budgets)
+        return fit_triad(sensor, readings, *how)
 
 
 def campaign(
@@ -135,6 +137,10 @@ def campaign(
     runs: PowerOns,
     effects: Sequence[str] | None = None,
     slopes: Slopes = dict,
+    budgets: bool = True,
 ) -> Campaign:
-    """The campaign of a spec with its declared effects, unless others are named."""
-    return Campaign(spec, runs, tuple(spec.effects if effects is None else effects), slopes)
+    """The campaign of a spec with its declared effects, unless others are named.
+
+    budgets: whether, in estimates, the unit has what its budget says and no effect is declared for
+    """
+    return Campaign(spec, runs, tuple(spec.effects if effects is None else effects), slopes, budgets)

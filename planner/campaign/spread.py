@@ -95,10 +95,13 @@ def _white(residual: Array, J: Array, prior: Prior, noise: Noise, spec: Spec) ->
 
     Where errors drift within a run, or what a power-on draws of them is not the same in all its records, it
     is the likeliest one, the others given: a scale factor may differ by more than the noise between power-ons
-    or drift by more at high rates, and as noise it would take the weight of the records at rest.
+    or drift by more at high rates, and as noise it would take the weight of the records at rest. So would
+    what unknowns with a prior add, an effect that nobody declares by hundreds of times the noise.
     """
-    largest = within(residual, J, noise.effects)
-    if largest <= 0.0 or not _differs_within_runs(noise.effects):
+    effects = noise.effects
+    largest = within(residual, J, effects)
+    steep = effects.drifts or _differ_within(effects.slopes, effects)
+    if largest <= 0.0 or not (steep or _differ_within((prior.columns * prior.sigma).T, effects)):
         return largest
     from scipy.optimize import minimize_scalar
 
@@ -115,11 +118,10 @@ def _white(residual: Array, J: Array, prior: Prior, noise: Noise, spec: Spec) ->
     return float(largest * np.exp(best.x))
 
 
-def _differs_within_runs(effects: RandomEffects) -> bool:
-    """Whether anything that power-ons draw differs between the records of one."""
-    mean = effects.spread(effects.sums(effects.slopes.T) / effects.sizes[:, None]).T
-    steep = np.abs(effects.slopes - mean) > LEAST_SHARE * np.abs(effects.slopes).max(initial=0.0)
-    return bool(effects.drifts) or bool(steep.any())
+def _differ_within(slopes: Array, effects: RandomEffects) -> bool:
+    """Whether any of the slopes (k, n) differs between the records of a power-on."""
+    mean = effects.spread(effects.sums(slopes.T) / effects.sizes[:, None]).T
+    return bool(np.any(np.abs(slopes - mean) > LEAST_SHARE * np.abs(slopes).max(initial=0.0)))
 
 
 def run_freedom(X: Array, effects: RandomEffects) -> int:

@@ -71,8 +71,9 @@ class ChannelKinds:
     information: (g, b + q, b + q) of one power-on
     unfitted: what the unit has of errors that no effect is declared for; astray: (g, b + q, u) A_kᵀ V_k⁻¹ z,
         what one unit of them does to the normal equations
-    sigma: (q,) of the references and of walks over the campaign's days
+    sigma: (q,) of the references, of walks over the campaign's days and of constants
     references: (q,) names of the references, which other channels have in common; empty: a walk of its own
+    missing: (q,) which are the constants of `unfitted`, beside which the others are estimated
     rows: (n, b) columns without weights, inputs: (n,) their |u|, starts: (g,) first row of each kind
     strayed: family of curves -> (g, b + q, b + q) A_kᵀ V_k⁻¹ D_k V_k⁻¹ A_k; D: variances that a chamber's
         stray makes of its curves, less those of all families together, which V has
@@ -86,6 +87,7 @@ class ChannelKinds:
     astray: Array
     sigma: Array
     references: tuple[str, ...]
+    missing: NDArray[np.bool_]
     rows: Array
     inputs: Array
     starts: NDArray[np.int64]
@@ -196,7 +198,8 @@ def channel_kinds(c: ChannelCampaign, slopes: Slopes = NONE) -> ChannelKinds:
         tuple(Term(error, name, tabled=False, driven=False) for error, name in unfitted),
         per_kind[:, :, known:],
         c.prior.sigma,
-        tuple("" if u.walk else u.name for u in c.prior.unknowns),
+        tuple(u.name if u.of == "reference" else "" for u in c.prior.unknowns),
+        np.array([u.of == "undeclared" for u in c.prior.unknowns], dtype=bool),
         rows,
         u,
         c.runs.starts,

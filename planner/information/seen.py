@@ -132,7 +132,7 @@ class Seen:
                 R[..., found.places[i]] = J.sum(axis=3)[:, None, :, :, None]
                 continue
             if i in self.smooth:
-                noise = found.covariance[:, :, found.places[i], found.places[i]]
+                noise = found.whole[:, :, found.places[i], found.places[i]]
                 smooth, error = self.smooth[i]
                 h = smooth.weights(error, self.temperature_degc.ravel(), nodes, noise)
             each = h.reshape(*h.shape[:-2], S, m, -1)

@@ -22,15 +22,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.information.inverses import UNSEEN, by_coefficients, inverse
 from planner.information.kinds import ChannelKinds, Kinds
 from planner.information.tables import hats_of
 from planner.measurement import REACHED
 from planner.nouns.array import Array
 from planner.protocols import AXES
 from planner.temperature_table import GAP_K, LEAST_ROWS, nodes_with_rows, temperature_nodes
-
-RIDGE = 1e-14  # of M's unit diagonal: a singular one is inverted, and its inflation told from a good one's
-UNSEEN = 1e10  # inflation of a variance from which on a coefficient counts as undetermined
 
 
 @dataclass(frozen=True)
@@ -109,13 +107,15 @@ class Told:
     """What B campaigns tell on a channels.
 
     kinds: (B, K) those used first; gains: of the terms, the unfitted ones behind the b fitted
-    covariance: (a, B, P, P) of the estimates' errors, 1 of what is no node; beside: (a, B, P, q) with the
-    q shared ones; undetermined: (a, B, P); places: (b,) columns of each term
+    covariance: (a, B, P, P) of the estimates' errors, 1 of what is no node; whole: the same with what leads
+    them astray of which nothing is fitted; beside: (a, B, P, q) with the q shared ones
+    undetermined: (a, B, P); places: (b,) columns of each term
     nodes: (b,) (B, N) of its table, infinite where a campaign has no more of them, or None
     """
 
     kinds: NDArray[np.intp]
     covariance: Array
+    whole: Array
     beside: Array
     gains: Gains
     undetermined: NDArray[np.bool_]
@@ -263,8 +263,9 @@ def _told(group: Alike, tables: Tables) -> Told:
         for other in group.beside:
             there = _equations(other, tables)
             M[_at(M, common)] += _of_shared(there.M, shared_places(other, there.places)).sum(axis=0)
-    C, inflated = _inverse(M)
-    inflated = _by_coefficients(inflated[..., :P], M[..., :P, :P]) if q else inflated
+    C, inflated = inverse(M)
+    scatter = C[..., :P, :P] - _led_astray(C, c, P)
+    inflated = by_coefficients(inflated[..., :P], M[..., :P, :P]) if q else inflated
 
     @cache
     def astray() -> Array:
@@ -281,7 +282,18 @@ def _told(group: Alike, tables: Tables) -> Told:
     for i, far in _far_from_nodes(c, kinds, e.repeats):
         undetermined[:, far, places[i]] = True
     gains, beyond = Gains(C[..., :P, :], felt), Strayed(C[..., :P, :], strayed)
-    return Told(kinds, C[..., :P, :P], C[..., :P, P:], gains, undetermined, places, e.own, tables, beyond)
+    return Told(
+        kinds, scatter, C[..., :P, :P], C[..., :P, P:], gains, undetermined, places, e.own, tables, beyond
+    )
+
+
+def _led_astray(C: Array, c: ChannelKinds, P: int) -> Array:
+    """(a, B, P, P) what constants of which nothing is fitted make of the estimates, Σ C_c s⁻² C_cᵀ, C = M⁻¹.
+
+    They err by −C_c c/s² where the unit has c; `gains` carry that to the flight, where c itself flies.
+    """
+    own = C[..., :P, P:][..., c.missing] / c.sigma[c.missing]
+    return np.asarray(own @ np.swapaxes(own, -1, -2))
 
 
 def _nodes(group: Alike, counts: Array) -> tuple[Array, Array]:
@@ -367,34 +379,10 @@ def _of_shared(M: Array, common: Sequence[int]) -> Array:
     """(a, B, s, s) what each channel by itself tells of some coefficients beside its others."""
     own = np.setdiff1d(np.arange(M.shape[-1]), common)
     across = M[..., own, :][..., common]
-    known, _ = _inverse(M[..., own, :][..., own])
+    known, _ = inverse(M[..., own, :][..., own])
     return np.asarray(M[_at(M, common)] - np.swapaxes(across, -1, -2) @ known @ across)
 
 
 def _at(M: Array, common: Sequence[int]) -> tuple[NDArray[np.intp], ...]:
     """Where the rows and columns of some coefficients are in M (a, B, P, P)."""
     return np.ix_(range(len(M)), range(M.shape[1]), common, common)
-
-
-def _by_coefficients(inflated: Array, M: Array) -> Array:
-    """Inflations (a, B, P) by the other coefficients alone, where with the shared unknowns they are large.
-
-    What only a reference keeps from being known is as uncertain as that is; M: (a, B, P, P) of coefficients.
-    """
-    far = (inflated > UNSEEN).any(axis=(0, 2))
-    found = inflated.copy()
-    if far.any():
-        found[:, far] = np.minimum(found[:, far], _inverse(M[:, far])[1])
-    return found
-
-
-def _inverse(M: Array) -> tuple[Array, Array]:
-    """M⁻¹ and the inflation of each variance by the other unknowns, (..., P, P) and (..., P)."""
-    P = M.shape[-1]
-    every = range(P)
-    diagonal = M[..., every, every]
-    scale = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    unit = M * scale[..., :, None] * scale[..., None, :]
-    unit[..., every, every] = np.where(diagonal > 0, 1.0 + RIDGE, RIDGE)
-    inverse = np.linalg.inv(unit)
-    return inverse * scale[..., :, None] * scale[..., None, :], np.abs(inverse[..., every, every])

@@ -3,7 +3,8 @@
 The variances are the spec's: per power-on, the draw of every budgeted error over the records, its in-run
 drift of correlation exp(−|Δt|/τ), white noise ∝ 1/duration, and what the chamber's stray makes of the curves
 (slopes); references of the bench that err are
-unknowns with a prior, and so are the steps of a walk in store, back from the last power-on. Whitening and the
+unknowns with a prior, and so are the steps of a walk in store, back from the last power-on, and the constants
+of what is budgeted and not declared. Whitening and the
 design's inverse are worked out once, P = (XᵀV⁻¹X)⁻¹XᵀV⁻¹; every unit then costs matrix products,
 θ ← θ + P (y − ŷ(θ)), which is Gauss-Newton with the Jacobian at zero: it contracts by κ, 0.5 % a round. Where
 the records hardly determine a coefficient it need not contract; such units go on with the Jacobian where
@@ -160,6 +161,7 @@ def _estimator(
     roots = _roots(model, records, unit, chance, strays, least)
     rows = [_rows(run, len(model.channels)) for run in records.runs]
     shared = [d.sigma * getattr(d, INPUT[model.sensor])[:, model.channels].ravel() for d in off] + walked
+    shared += _undeclared(model, records, unit)
     both = np.column_stack([X, *(column for column in shared if column.any())])
     white = np.concatenate([np.linalg.solve(root, both[r]) for root, r in zip(roots, rows, strict=True)])
     inverse, undetermined = _inverse(white, X.shape[1])
@@ -254,6 +256,20 @@ def _walked(model: Declared, records: Records, unit: Unit) -> list[Array]:
         x = catalog.effects()[effect].regressors(sensor, records.conditions)[:, list(model.channels)]
         steps = b.storage_sigma * before * np.sqrt(width)
         found += [*np.einsum("nct,ns->tsnc", x, steps).reshape(-1, x.shape[0] * x.shape[1])]
+    return found
+
+
+def _undeclared(model: Declared, records: Records, unit: Unit) -> list[Array]:
+    """(n c,) one sigma of every constant that is budgeted and that no declared effect has."""
+    fitted = {c.effect for c in model.columns}
+    found = []
+    for (sensor, name), b in unit.budgets.items():
+        effect = catalog.effects()[name]
+        known = name in fitted or (effect.tabled and effect.temperature_of in fitted)
+        if sensor == model.sensor and not known and b.whole_variation > 0.0:
+            x = effect.regressors(sensor, records.conditions)[:, list(model.channels)]
+            sigma = b.whole_variation / float(np.sqrt(3.0))  # anywhere within the budget
+            found += [*(sigma * np.moveaxis(x, 2, 0).reshape(x.shape[2], -1))]
     return found
 
 

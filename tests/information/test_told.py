@@ -80,6 +80,38 @@ def test_the_covariance_is_the_campaign_models(seed: int) -> None:
     assert looked_at == 6 * len(counts)
 
 
+@pytest.mark.parametrize("seed", [0, 4])  # in both records at rest alone, here on one face
+def test_what_is_not_declared_leads_astray_as_its_size_says(seed: int) -> None:
+    """The campaign model's covariance, in which it is an unknown, is `covariance` + Σ s² g gᵀ, g by `gains`.
+
+    Left whole, `covariance` would count it twice: here it is a tenth of some variance at least.
+    """
+    tree = cases.tree(seed)
+    tree["unit"]["gyro"] = tree["unit"]["gyro"] | {"g_sensitivity": {"systematic": "0.05 deg/s/g"}}
+    tree["tests"] |= {name: t | {"motions": 1} for name, t in tree["tests"].items()}
+    flight = cases.flight(tree)
+    every, most = Everything(flight), 0.0
+    counts = drawn(every, 2, seed)
+    for group, one in each(every, counts):
+        b_terms = len(group.first.terms)
+        for b, n in enumerate(counts):
+            made, mine = laid(flight, every, n), own(one, b)
+            for a, c in enumerate(group.channels):
+                wanted = campaigns.known(made[c.sensor, c.channel])
+                scale = np.sqrt(np.outer(wanted.sigma, wanted.sigma))
+                whole = one.whole[a, b][np.ix_(mine, mine)]
+                np.testing.assert_allclose(whole / scale, wanted.covariance / scale, atol=2e-6)
+                parts = one.covariance[a, b][np.ix_(mine, mine)].copy()
+                for u, term in enumerate(c.unfitted):
+                    size = getattr(flight.spec.unit, c.sensor)[term.error.effect].systematic_size
+                    g = one.gains[b_terms + u][a, b, mine].sum(axis=1)
+                    parts += size**2 / 3.0 * np.outer(g, g)
+                np.testing.assert_allclose(parts / scale, wanted.covariance / scale, atol=2e-6)
+                scatter = np.diag(one.covariance[a, b][np.ix_(mine, mine)])
+                most = max(most, float(np.max(1.0 - scatter / np.diag(wanted.covariance))))
+    assert most > 0.1
+
+
 @pytest.mark.parametrize("seed", SEEDS[:4])
 def test_the_covariance_is_dense_algebras(seed: int) -> None:
     """Against tests.oracle with a constant at every node: (AᵀV⁻¹A)⁻¹, records one by one."""
