@@ -316,13 +316,13 @@ def test_the_curve_in_flight_dropped_from_what_is_drawn(sound, foreseen, monkeyp
 
 def test_covariances_between_coefficients_dropped(monkeypatch):
     """With rates at one temperature a scale factor's node hangs together with those of the bias."""
-    whole = told._inverse
+    whole = told.inverse
 
     def diagonal(M):
         C, inflated = whole(M)
         return C * np.eye(C.shape[-1]), inflated
 
-    monkeypatch.setattr(told, "_inverse", diagonal)
+    monkeypatch.setattr(told, "inverse", diagonal)
     spec = by_hand()
     # two faces up and down on one axis: bias and scale factor are told apart by differences alone
     spec["tests"]["static"]["motions"] = [
