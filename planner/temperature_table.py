@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.nouns.array import Array
 
@@ -71,6 +72,17 @@ def nodes_with_rows(nodes: Array, temperature_degc: Array) -> Array:
     return np.asarray(nodes[np.bincount(nearest, minlength=len(nodes)) > 0])  # np.unique imports numpy.ma too
 
 
+def from_soaked(temperature_degc: Array, nodes: Array) -> tuple[NDArray[np.intp], Array]:
+    """(n,) the nearest node of every row, and (n,) kelvins from it where all of its rows were soaked there.
+
+    0 where some row is further away than a soaked chamber strays: the temperature was swept.
+    """
+    nearest = np.argmin(np.abs(temperature_degc[:, None] - nodes[None, :]), axis=1)
+    apart, farthest = temperature_degc - nodes[nearest], np.zeros(len(nodes))
+    np.maximum.at(farthest, nearest, np.abs(apart))
+    return nearest, np.where(farthest[nearest] <= GAP_K, apart, 0.0)
+
+
 def fitting_hats(temperature_degc: Array, nodes: Array, reach: float) -> Array:
     """(n, N) weights for the fit: the table's, with the mean of both chords' slopes about a soaked node.
 
@@ -80,12 +92,8 @@ def fitting_hats(temperature_degc: Array, nodes: Array, reach: float) -> Array:
     weights = hats(temperature_degc, nodes, reach)
     if len(nodes) < 3:
         return weights
-    nearest = np.argmin(np.abs(temperature_degc[:, None] - nodes[None, :]), axis=1)
-    apart, farthest = temperature_degc - nodes[nearest], np.zeros(len(nodes))
-    np.maximum.at(farthest, nearest, np.abs(apart))
-    soaked = farthest <= GAP_K
-    soaked[[0, -1]] = False
-    rows = np.flatnonzero(soaked[nearest])
+    nearest, apart = from_soaked(temperature_degc, nodes)
+    rows = np.flatnonzero((apart != 0.0) & (nearest > 0) & (nearest < len(nodes) - 1))
     k, apart, half = nearest[rows], apart[rows], 0.5 / np.diff(nodes)
     weights[rows] = 0.0
     weights[rows, k - 1] = -half[k - 1] * apart

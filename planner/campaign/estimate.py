@@ -16,10 +16,11 @@ from typing import Literal
 import numpy as np
 
 from planner.campaign.first_order import FirstOrder, first_order
+from planner.campaign.local_slopes import local_slopes
 from planner.campaign.noise import Noise, Slopes, noise_model, with_stray
 from planner.campaign.parameters import best_parameters, limited, unobservable
 from planner.campaign.power_ons import PowerOns
-from planner.campaign.prior import Prior, prior_of
+from planner.campaign.prior import Prior, both, prior_of
 from planner.campaign.spread import (
     augmented,
     augmented_effects,
@@ -131,7 +132,7 @@ def _fitted(
         parts = evaluate(model, theta)
         J = seen.slope(model, theta, parts)
         left = y - parts.predicted
-        prior = prior_of(model, theta, parts, runs, spec, budgets)
+        prior = both(prior_of(model, theta, parts, runs, spec, budgets), local_slopes(model, parts, spec))
         if given is None and (turn == 0 or robust != "no" or _moved(model, step, error)):
             every = noise_model(model, parts, runs, spec.unit, weights)
             by_spec = partial(with_stray, every, model, parts, spec.unit, weights, slopes)

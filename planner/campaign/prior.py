@@ -18,7 +18,7 @@ five rates gave a scale factor by contrasts that a nonlinearity of 3 % led astra
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -51,7 +51,7 @@ class Shared:
     """One unknown that the power-ons share: a reference by its name, one mode of a walk, a constant."""
 
     name: str
-    of: Literal["reference", "walk", "undeclared"] = "reference"
+    of: Literal["reference", "walk", "undeclared", "slope"] = "reference"
 
 
 @dataclass(frozen=True)
@@ -72,8 +72,15 @@ def prior_of(
     """
     found = [*_storage(model, parts, runs, spec), *_references(model, theta, parts, runs, spec)]
     found += _undeclared(model, parts, spec.unit) if budgets else ()
+    return of_unknowns(found, len(runs))
+
+
+Unknown = tuple[Shared, Array, float]
+
+
+def of_unknowns(found: Iterable[Unknown], n: int) -> Prior:
+    """Unknowns of n records, each with its column (n,) and sigma, of which these have anything."""
     kept = [(unknown, z, sigma) for unknown, z, sigma in found if sigma > 0.0 and np.any(z)]
-    n = len(runs)
     return Prior(
         np.column_stack([z for _, z, _ in kept]) if kept else np.empty((n, 0)),
         np.array([sigma for _, _, sigma in kept]),
@@ -81,10 +88,16 @@ def prior_of(
     )
 
 
-_Unknown = tuple[Shared, Array, float]
+def both(one: Prior, other: Prior) -> Prior:
+    """Unknowns of the same records side by side."""
+    return Prior(
+        np.hstack([one.columns, other.columns]),
+        np.concatenate([one.sigma, other.sigma]),
+        (*one.unknowns, *other.unknowns),
+    )
 
 
-def _storage(model: ChannelModel, parts: Parts, runs: PowerOns, spec: Spec) -> Iterator[_Unknown]:
+def _storage(model: ChannelModel, parts: Parts, runs: PowerOns, spec: Spec) -> Iterator[Unknown]:
     modes = np.repeat(walk_modes(runs.conditions.day[runs.starts], runs.counts), runs.sizes, axis=0)
     if not modes.size:
         return
@@ -126,7 +139,7 @@ def walked_since(day: Array) -> tuple[Array, float]:
     return ago, float(np.max(ago, initial=0.0))
 
 
-def _undeclared(model: ChannelModel, parts: Parts, unit: Unit) -> Iterator[_Unknown]:
+def _undeclared(model: ChannelModel, parts: Parts, unit: Unit) -> Iterator[Unknown]:
     for (error, term), z in unfitted_columns(model, parts, unit).items():
         budget = budget_of(unit, error)
         if budget is not None:
@@ -138,7 +151,7 @@ def _undeclared(model: ChannelModel, parts: Parts, unit: Unit) -> Iterator[_Unkn
 
 def _references(
     model: ChannelModel, theta: Array, parts: Parts, runs: PowerOns, spec: Spec
-) -> Iterator[_Unknown]:
+) -> Iterator[Unknown]:
     for bench, rows in _benches(runs, spec):
         accuracy = spec.benches[bench].accuracy
         if accuracy is None:
@@ -165,7 +178,7 @@ def _benches(runs: PowerOns, spec: Spec) -> Iterator[tuple[str, NDArray[np.bool_
 
 def _mountings(
     model: ChannelModel, runs: PowerOns, bench: str, rows: NDArray[np.bool_], accuracy: BenchAccuracy
-) -> Iterator[_Unknown]:
+) -> Iterator[Unknown]:
     """A small turn of the body on the table, δ × u: (e_k × u)_i; one installation if nobody counts them."""
     i = model.channel
     installation = np.zeros(len(runs), dtype=np.int64) if runs.installation is None else runs.installation

@@ -194,7 +194,9 @@ def _errors(y: Array, J: Array, prior: Prior, noise: Noise, theta: Array) -> Arr
         )
     X, target = augmented(y, J, prior)
     information = reml_information(Sample(target, X, effects), theta)[np.ix_(asked, asked)]
-    return np.asarray(np.sqrt(np.diag(np.linalg.pinv(information, hermitian=True))))
+    unit = np.sqrt(np.maximum(np.diag(information), 1e-300))  # variances of unlike sizes, each in its own
+    inverse = np.linalg.pinv(information / np.outer(unit, unit), hermitian=True)
+    return np.asarray(np.sqrt(np.maximum(np.diag(inverse), 0.0)) / unit)
 
 
 def _without_zeros(

@@ -282,9 +282,14 @@ class ErrorBudget(SpecPart):
     @property
     def whole_variation(self) -> float:
         """What remains without any temperature table, SI: the systematic size or the largest residual."""
+        return max(self.systematic_size, self.curve_size)
+
+    @property
+    def curve_size(self) -> float:
+        """The largest residual over temperature, SI; 0 where the spec has none."""
         measured = [m for m in (self.measured_curve, *self.measured_curves) if m is not None]
         found = [float(np.abs(m.values).max()) for m in measured]
-        return max([self.systematic_size, *found, *(self.residual_table or {}).values()])
+        return max([0.0, *found, *(self.residual_table or {}).values()])
 
 
 def _si(quantity: Quantity | None) -> float:

@@ -26,7 +26,6 @@ from planner.errors import InputError
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.protocols import SENSORS, Group, Sensor
-from planner.spec.budget import STORAGE_DAYS
 from planner.verify.chance import Chance
 from planner.verify.declared import INPUT, Declared, declared, sensed
 from planner.verify.draws import DrawnError, Unit, generator
@@ -34,14 +33,13 @@ from planner.verify.gauss_newton import gauss_newton
 from planner.verify.records import Records
 from planner.verify.references import Direction
 from planner.verify.response import Bend, is_proportional, linearised, times
+from planner.verify.shared_unknowns import slopes_of, undeclared, walked
 from planner.verify.smooth import LINES, Tables
 from planner.verify.strays import STILL, Strays
 from planner.verify.weights import Weights
 
 _ROUNDS = 5  # 0.5 % of scale factor to the fifth is nothing
 _LEAST_WHITE = 1e-8  # of what power-ons scatter: records without noise must not make V singular
-_STEPS = 16  # of the campaign's days, at most, by which errors walk
-_NOTHING = 1e-3  # share of the variance of the mean power-on, below which a walk is nothing
 _LEAST_BESIDE_WALKS = 1e-6  # of what walks add: a perfect sensor's records would tell anything from anything
 _QUIET = 1e-12  # SI: what stands for the noise of records that have none
 _SETTLED = 0.02  # standard errors, within which the last round leaves every coefficient
@@ -120,16 +118,19 @@ def as_shown(
     chance: Chance,
     off: Sequence[Direction],
     strays: Strays,
+    span: tuple[float, float],
 ) -> dict[Sensor, tuple[Estimator, ...]]:
     """The estimators of one unit's records, at the temperatures that its own table shows.
 
-    Records that stray around a node tell something of the slope of a table, too: of one that does not bend
-    as much as the node itself does, where power-ons scatter.
+    Records that stray around a node tell the slope of the curve there, which is not that of the table: an
+    unknown of its own, as steep as a wave of the curve's size over the temperatures of use, span.
     """
-    return {
-        sensor: tuple(_estimator(x.model, records, unit, chance, off, x.tables, strays) for x in several)
-        for sensor, several in known.items()
-    }
+
+    def seen(x: Estimator) -> Estimator:
+        slopes = slopes_of(x.model, records, unit, span)
+        return _estimator(x.model, records, unit, chance, off, x.tables, strays, slopes)
+
+    return {sensor: tuple(map(seen, several)) for sensor, several in known.items()}
 
 
 def _estimator(
@@ -140,6 +141,7 @@ def _estimator(
     off: Sequence[Direction],
     tables: Tables,
     strays: Strays,
+    slopes: Sequence[Array] = (),
 ) -> Estimator:
     conditions = records.conditions
     u = sensed(model.sensor, conditions)[:, list(model.channels)]
@@ -156,12 +158,12 @@ def _estimator(
             f"{len(X)} records of the plan cannot give the {X.shape[1]} coefficients of {model.sensor} "
             f"{''.join('xyz'[c] for c in model.channels)}; plan more records, or declare fewer effects"
         )
-    walked = _walked(model, records, unit)
-    least = _LEAST_BESIDE_WALKS * sum(float(np.mean(w**2)) for w in walked)
+    walks = walked(model, records, unit)
+    least = _LEAST_BESIDE_WALKS * sum(float(np.mean(w**2)) for w in walks)
     roots = _roots(model, records, unit, chance, strays, least)
     rows = [_rows(run, len(model.channels)) for run in records.runs]
-    shared = [d.sigma * getattr(d, INPUT[model.sensor])[:, model.channels].ravel() for d in off] + walked
-    shared += _undeclared(model, records, unit)
+    shared = [d.sigma * getattr(d, INPUT[model.sensor])[:, model.channels].ravel() for d in off] + walks
+    shared += [*undeclared(model, records, unit), *slopes]
     both = np.column_stack([X, *(column for column in shared if column.any())])
     white = np.concatenate([np.linalg.solve(root, both[r]) for root, r in zip(roots, rows, strict=True)])
     inverse, undetermined = _inverse(white, X.shape[1])
@@ -230,46 +232,6 @@ def _strayed(model: Declared, records: Records, strays: Strays) -> Array:
         if sensor == model.sensor:
             x = catalog.effects()[effect].regressors(sensor, records.conditions)[:, list(model.channels)]
             found += sigma[:, None] ** 2 * np.sum(x**2, axis=2)
-    return found
-
-
-def _walked(model: Declared, records: Records, unit: Unit) -> list[Array]:
-    """(n c,) what the records see of every step of every error's walk; none where power-ons scatter far more.
-
-    A record sees the steps after it, with their sign turned: what is estimated is the value of the last day.
-    """
-    ago = np.max(records.on_day) - records.on_day
-    span = float(ago.max())
-    if span <= 0.0:
-        return []
-    bins, at = np.unique(ago, return_inverse=True)
-    if len(bins) > _STEPS:
-        bins, at = np.unique(np.round(ago / span * _STEPS), return_inverse=True)
-    middle = np.bincount(at, ago) / np.bincount(at)
-    before = at[:, None] >= np.arange(len(bins))
-    width = np.diff(middle, prepend=0.0) / STORAGE_DAYS
-    found = []
-    for (sensor, effect), b in unit.budgets.items():
-        walked = b.storage_sigma**2 * span / STORAGE_DAYS
-        if sensor != model.sensor or walked <= _NOTHING * b.run_to_run_largest**2 / len(records.runs):
-            continue
-        x = catalog.effects()[effect].regressors(sensor, records.conditions)[:, list(model.channels)]
-        steps = b.storage_sigma * before * np.sqrt(width)
-        found += [*np.einsum("nct,ns->tsnc", x, steps).reshape(-1, x.shape[0] * x.shape[1])]
-    return found
-
-
-def _undeclared(model: Declared, records: Records, unit: Unit) -> list[Array]:
-    """(n c,) one sigma of every constant that is budgeted and that no declared effect has."""
-    fitted = {c.effect for c in model.columns}
-    found = []
-    for (sensor, name), b in unit.budgets.items():
-        effect = catalog.effects()[name]
-        known = name in fitted or (effect.tabled and effect.temperature_of in fitted)
-        if sensor == model.sensor and not known and b.whole_variation > 0.0:
-            x = effect.regressors(sensor, records.conditions)[:, list(model.channels)]
-            sigma = b.whole_variation / float(np.sqrt(3.0))  # anywhere within the budget
-            found += [*(sigma * np.moveaxis(x, 2, 0).reshape(x.shape[2], -1))]
     return found
 
 

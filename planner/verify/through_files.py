@@ -97,6 +97,7 @@ def through_files(e: Experiment, tally: Tally, units: int, way: Pipeline, folder
     made = units_measured(e, 0, size)
     left = left_by(e, made, size)
     bare = e.flight.without_beside()
+    span = e.spec.plan.temperatures.range
     off, strays = directions(e.records, e.spec), strays_of(e.records, e.chance, prior_of(e.spec))
     checks, faults = [], []
     for i in range(units):
@@ -106,7 +107,7 @@ def through_files(e: Experiment, tally: Tally, units: int, way: Pipeline, folder
             faults.append(Fault(CHECK, f"unit {i + 1}", f"planner calibrate or apply refuses it: {error}"))
             continue
         records = replace(e.records, conditions=_shown(e, made, i))
-        own = as_shown(e.estimators, records, e.unit, e.chance, off, strays)
+        own = as_shown(e.estimators, records, e.unit, e.chance, off, strays, span)
         mine = left_by(replace(e, estimators=own), made, size)
         direct = bare.navigate(exact_coefficients(bare, mine)[i : i + 1])
         for r, wanted in enumerate(e.requirements):
