@@ -64,6 +64,9 @@ def entering(effect: Effect) -> Entry:
 # ---------------------------------------------------------------- one channel by its coefficients
 
 
+SANE = 0.3  # one sigma of a scale factor of which nothing is known: no sensor is further off its input
+
+
 @dataclass(frozen=True)
 class Column:
     """One coefficient: effect, term, and the node of its table (NaN: no table) or a parameter's name."""
@@ -125,6 +128,21 @@ class ChannelModel:
         """(effect, parameter) of every parameter that is fitted."""
         every = ((c.effect.name, p) for c in self.carried for p in c.effect.parameters)
         return tuple(pair for pair in every if (pair[0], pair[1].name) not in self.held)
+
+    @cached_property
+    def scales(self) -> list[int]:
+        """Columns of the scale factor itself."""
+        return [i for i, c in enumerate(self.columns()) if c.effect == "scale_factor" and not c.parameter]
+
+    def sane(self, theta: Array) -> Array:
+        """(s, q + 1) pseudo-records 0 = k + N(0, SANE²) of the scale factors: columns, and what θ lacks.
+
+        A gyro that no record turns about its axis sees its scale factor by the Earth's rate, where −4 may be
+        as good as 0: its products with a misalignment that others drive at 800 deg/s do not settle.
+        """
+        rows = np.eye(self.linear + 1)[self.scales] / SANE
+        rows[:, -1] = -theta[self.scales] / SANE
+        return rows
 
     def shares(self, column: Column) -> bool:
         """Whether the sensor's other channels have the same coefficient; a parameter: one of its terms."""

@@ -52,7 +52,7 @@ def sensor_calibration(
         for c in coefficients_of(
             given,
             spec,
-            weak(fit, half_widths(fit), spec),
+            weak(fit, half_widths(fit), spec, half_widths(given)),
             profiled(fit, CONFIDENCE) if given is fit else {},  # what is drawn is as its covariance says
         )
     )

@@ -27,7 +27,7 @@ from planner.campaign.spread import (
     augmented_variances,
     measured_variances,
 )
-from planner.measurement import ChannelModel, evaluate
+from planner.measurement import SANE, ChannelModel, evaluate
 from planner.nouns.array import Array
 from planner.solvers.least_squares import factors, least_squares
 from planner.solvers.mixed_model import MixedFit, mixed_fit
@@ -144,7 +144,7 @@ def _fitted(
             parts = evaluate(model, theta)
             J, left = seen.slope(model, theta, parts), y - parts.predicted
         target = left + J @ theta
-        found, error, white = weighed(target, J, prior, noise, variances)
+        found, error, white = weighed(target, J, prior, noise, variances, model.sane(np.zeros(len(theta))))
         step = limited(model, theta, found) - theta
         theta = theta + step
         if robust != "no":
@@ -161,12 +161,19 @@ def _fitted(
 
 
 def weighed(
-    y: Array, J: Array, prior: Prior, noise: Noise, variances: Variances
+    y: Array, J: Array, prior: Prior, noise: Noise, variances: Variances, sane: Array | None = None
 ) -> tuple[Array, Array, Array]:
-    """Coefficients (p,), their errors (p,) and white residuals (n,), V as it is: for the steps of a fit."""
+    """Coefficients (p,), their errors (p,) and white residuals (n,), V as it is: for the steps of a fit.
+
+    sane: (s, l + 1) pseudo-records of the first l coefficients, and what they read
+    """
     n, p = J.shape
     X, target, effects, full = with_pseudo_records(y, J, prior, noise, variances)
     white = covariance(effects, full.theta).whiten(np.column_stack([X, target]))
+    if sane is not None:
+        below = np.zeros((len(sane), white.shape[1]))
+        below[:, : sane.shape[1] - 1], below[:, -1] = sane[:, :-1], sane[:, -1]
+        white = np.vstack([white, below])
     found = factors(white[:, :-1])
     beta = found.solve(white[:, -1])
     error = np.sqrt(np.sum(found.to_coefficients**2, axis=1))
@@ -225,6 +232,8 @@ def _start(model: ChannelModel, y: Array, robust: Robust, seen: FirstOrder) -> t
             weights = _weights(r / _spread(r), robust)
         elif np.abs(J @ step).max() <= 1e-6 * max(np.abs(y - parts.predicted).max(), 1e-300):
             break
+    if np.any(np.abs(theta[model.scales]) > SANE):  # no record drives it: at equal weights it is anything
+        theta = model.start()
     return theta, weights
 
 

@@ -177,7 +177,7 @@ def verdict_of(
 
 
 def held_to_the_floor(found: UnitDiagnosis, residual: Sequence[ResidualChange]) -> UnitDiagnosis:
-    """An unknown on each channel whose residual on unseen power-ons is more than noise."""
+    """An unknown on each channel whose residual is more than noise."""
     told = {c for u in found.unknown for c in u.channels}
     told |= {c for s in found.reference_suspects if s.separated_by > 0.0 for c in s.channels}
     known = catalog.effects()  # the bench's geometry is known only so well: its misfit is no other finding
@@ -191,8 +191,12 @@ def held_to_the_floor(found: UnitDiagnosis, residual: Sequence[ResidualChange]) 
 
 
 def _more_than_noise(r: ResidualChange) -> bool:
-    """Whether the residual's interval lies above the floor of replicates, and the noise model agrees."""
-    if not (r.held_out and r.split == "runs" and math.isfinite(r.after_low) and math.isfinite(r.noise_floor)):
+    """Whether the residual's interval lies above the floor of replicates, and the noise model agrees.
+
+    On unseen power-ons; or on the rows that were fitted where none can be held out: these leave less.
+    """
+    asked = not r.held_out or r.split == "runs"
+    if not (asked and math.isfinite(r.after_low) and math.isfinite(r.noise_floor)):
         return False
     within = math.isfinite(r.sigma_after) and r.sigma_after > MORE_THAN_NOISE
     return bool(within and r.after_low > MORE_THAN_NOISE * r.noise_floor)

@@ -71,7 +71,8 @@ def weighed_fit(
         parts = evaluate(model, theta)
         J = linear_jacobian(model, theta, parts)
         white = v.whiten(np.column_stack([J, y - parts.predicted]))
-        step = factors(white[:, :-1]).solve(white[:, -1])
+        rows = np.vstack([white, model.sane(theta)])
+        step = factors(rows[:, :-1]).solve(rows[:, -1])
         theta = theta.copy()
         theta[: len(step)] += step
         if np.abs(white[:, :-1] @ step).max(initial=0.0) < _SETTLED:

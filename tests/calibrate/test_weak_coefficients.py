@@ -94,7 +94,8 @@ def test_the_budget_weighs_as_a_record_of_zero() -> None:
     both = np.linalg.inv(known + np.diag(prior))
     scale = np.sqrt(np.diag(both))
     assert np.abs((drawn.fit.covariance - both) / np.outer(scale, scale)).max() < 1e-5
-    assert np.abs((drawn.theta - both @ known @ fit.theta) / scale).max() < 1e-5
+    linear = np.abs(drawn.theta - both @ known @ fit.theta) / scale
+    assert linear.max() < 1e-2  # the others are fitted anew, with their products
 
 
 def test_what_contradicts_its_budget_is_not_drawn() -> None:
