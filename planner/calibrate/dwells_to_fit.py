@@ -217,13 +217,11 @@ def fit_sensor(
     robust: Robust = "no",
     effects: tuple[str, ...] | None = None,
     channels: Sequence[int] = ALL,
-    budgets: bool = True,
 ) -> list[Estimate]:
     """The channels of a sensor; the table's rows stand run by run.
 
     effects: the error model; the spec's by default; channels: which are asked for, all three where they have
-        a coefficient in common; budgets: whether the unit has what its budget says and no effect is declared
-        for. Raises InputError for too few rows and for a channel that is dead.
+        a coefficient in common. Raises InputError for too few rows and for a channel that is dead.
     """
     readings = readings_of(table, sensor)
     where = table.source or "the table"
@@ -234,8 +232,7 @@ def fit_sensor(
     _check_alive(readings, asked, sensor, where)
     try:
         slopes = cache(lambda: Curves(spec).slopes(table.temperature_degc))
-        made = campaign(spec, of_table(table), names, slopes, budgets)
-        return made.estimate(sensor, readings, robust, asked)
+        return campaign(spec, of_table(table), names, slopes).estimate(sensor, readings, robust, asked)
     except TooFewRecords as error:
         raise InputError(f"{where}: {error}; measure more records, or declare fewer effects") from error
 

@@ -79,16 +79,14 @@ def estimate(
     robust: Robust = "no",
     given: tuple[Noise, Variances] | None = None,
     slopes: Slopes = dict,
-    budgets: bool = True,
 ) -> Estimate:
     """Fit the declared effects to one channel's readings y (n,); rows stand power-on by power-on.
 
     given: the covariance, if it is not to be found from these readings
-    budgets: whether the unit has what its budget says and no effect is declared for
     A parameter that the data do not tell within its range stays at its default: beside one that runs away its
     amplitude would be any number. Raises ValueError when there are no more rows than coefficients.
     """
-    how = (runs, spec, robust, given, slopes, budgets)
+    how = (runs, spec, robust, given, slopes)
     try:
         found, said = _fitted(model, y, *how), list[str]()
     except NoNoise:
@@ -121,7 +119,6 @@ def _fitted(
     robust: Robust,
     given: tuple[Noise, Variances] | None,
     slopes: Slopes,
-    budgets: bool,
 ) -> Estimate:
     seen = first_order(model)
     theta, weights = _start(model, y, robust, seen)
@@ -132,7 +129,7 @@ def _fitted(
         parts = evaluate(model, theta)
         J = seen.slope(model, theta, parts)
         left = y - parts.predicted
-        prior = both(prior_of(model, theta, parts, runs, spec, budgets), local_slopes(model, parts, spec))
+        prior = both(prior_of(model, theta, parts, runs, spec), local_slopes(model, parts, spec))
         if given is None and (turn == 0 or robust != "no" or _moved(model, step, error)):
             every = noise_model(model, parts, runs, spec.unit, weights)
             by_spec = partial(with_stray, every, model, parts, spec.unit, weights, slopes)

@@ -108,7 +108,6 @@ class Campaign:
     runs: PowerOns
     effects: tuple[str, ...]
     slopes: Slopes = dict
-    budgets: bool = True
 
     @cached_property
     def channels(self) -> dict[tuple[Sensor, int], ChannelCampaign]:
@@ -128,8 +127,7 @@ class Campaign:
 
         channels: which are asked for; all three come where they have a coefficient in common
         """
-        how = (self.runs, self.spec, self.effects, robust, channels, self.slopes, self.budgets)
-        return fit_triad(sensor, readings, *how)
+        return fit_triad(sensor, readings, self.runs, self.spec, self.effects, robust, channels, self.slopes)
 
 
 def campaign(
@@ -137,10 +135,6 @@ def campaign(
     runs: PowerOns,
     effects: Sequence[str] | None = None,
     slopes: Slopes = dict,
-    budgets: bool = True,
 ) -> Campaign:
-    """The campaign of a spec with its declared effects, unless others are named.
-
-    budgets: whether, in estimates, the unit has what its budget says and no effect is declared for
-    """
-    return Campaign(spec, runs, tuple(spec.effects if effects is None else effects), slopes, budgets)
+    """The campaign of a spec with its declared effects, unless others are named."""
+    return Campaign(spec, runs, tuple(spec.effects if effects is None else effects), slopes)

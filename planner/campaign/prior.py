@@ -63,16 +63,10 @@ class Prior:
     unknowns: tuple[Shared, ...]
 
 
-def prior_of(
-    model: ChannelModel, theta: Array, parts: Parts, runs: PowerOns, spec: Spec, budgets: bool = True
-) -> Prior:
-    """The unknowns of one channel that all its power-ons share.
-
-    budgets: whether the unit has what its budget says and no effect is declared for
-    """
-    found = [*_storage(model, parts, runs, spec), *_references(model, theta, parts, runs, spec)]
-    found += _undeclared(model, parts, spec.unit) if budgets else ()
-    return of_unknowns(found, len(runs))
+def prior_of(model: ChannelModel, theta: Array, parts: Parts, runs: PowerOns, spec: Spec) -> Prior:
+    """The unknowns of one channel that all its power-ons share."""
+    shared = [*_storage(model, parts, runs, spec), *_references(model, theta, parts, runs, spec)]
+    return of_unknowns([*shared, *_undeclared(model, parts, spec.unit)], len(runs))
 
 
 Unknown = tuple[Shared, Array, float]

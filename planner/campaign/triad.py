@@ -43,19 +43,16 @@ def fit_triad(
     robust: Robust = "no",
     channels: Sequence[int] = ALL,
     slopes: Slopes = dict,
-    budgets: bool = True,
 ) -> list[Estimate]:
     """Estimates of the channels from readings (n, 3). Raises TooFewRecords for too few rows.
 
     channels: which of them are asked for; those that share a coefficient are fitted all the same, together
-    budgets: whether the unit has what its budget says and no effect is declared for
     """
     found = []
     for channel in ALL if shares(sensor, effects) else channels:
         model = channel_model(sensor, channel, runs.conditions, effects)
         try:
-            y = readings[:, channel]
-            found.append(estimate(model, y, runs, spec, robust, slopes=slopes, budgets=budgets))
+            found.append(estimate(model, readings[:, channel], runs, spec, robust, slopes=slopes))
         except ValueError as error:
             raise TooFewRecords(
                 f"{len(runs)} rows cannot give the {len(model.columns())} coefficients of "

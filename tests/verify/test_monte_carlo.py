@@ -15,7 +15,7 @@ from planner.nouns.plan_file import steps_of
 from planner.physics.strapdown import NavigationState, integrate
 from planner.protocols import SENSORS
 from planner.simulate.campaign import Settings, prepared, simulate
-from planner.verify import calibrations
+from planner.verify import calibrations, shared_unknowns
 from planner.verify.calibrations import calibrated
 from planner.verify.chance import Chance
 from planner.verify.draws import generator
@@ -49,7 +49,7 @@ def test_the_estimator_is_generalised_least_squares_of_the_dense_covariance(name
     walk for every day of a power-on; the few that are taken of many change a standard error by 1e-4.
     """
     e = prepared_experiment(name)
-    monkeypatch.setattr(calibrations, "_STEPS", 1000)
+    monkeypatch.setattr(shared_unknowns, "_STEPS", 1000)
     strays = strays_of(e.records, e.chance, prior_of(e.spec))
     exact = calibrations.estimators(e.records, e.unit, e.spec.effects, e.chance, strays=strays)
     for sensor in SENSORS:

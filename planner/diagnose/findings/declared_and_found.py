@@ -78,8 +78,7 @@ def declared_and_found(
         declares them for both. Raises InputError for fewer rows than coefficients.
     """
     ordered, _ = by_run(table)
-    every = (*spec.effects, *found)  # what is budgeted beside them was looked for
-    fits = fit_sensor(ordered, sensor, spec, effects=every, channels=channels, budgets=False)
+    fits = fit_sensor(ordered, sensor, spec, effects=(*spec.effects, *found), channels=channels)
     return {fit.model.channel: _of_channel(fit, spec, found) for fit in fits}
 
 
