@@ -6,13 +6,14 @@ All are asked before any error model: they are of the size of the reading, not o
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import permutations, product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.records.another_unit import another_unit, channels_of
+from planner.diagnose.records.bias_of_temperatures import bias_of_temperatures
 from planner.diagnose.records.no_readings import NoReading, off_their_reference, said_of, stuck_readings
 from planner.diagnose.records.other_scale import OtherScale, other_scales
 from planner.diagnose.records.still_thermometer import still_thermometer
@@ -54,11 +55,12 @@ def screened(table: DwellTable) -> Screened:
     kept = ~np.any([s.rows for s in scaled], axis=0) if scaled else np.ones(len(table), dtype=bool)
     stuck = stuck_readings(table, kept)
     kept &= ~_any(table, stuck)
-    turned = _with_their_power_ons(table, {i: turn for i, turn in _turned(table).items() if kept[i]})
+    level = _without_bias(table)
+    turned = _with_their_power_ons(level, {i: turn for i, turn in _turned(level).items() if kept[i]})
     kept[list(turned)] = False
-    beside = _beside_swapped(table, turned)
+    beside = _beside_swapped(level, turned)
     kept &= ~beside
-    off = off_their_reference(table, kept)
+    off = off_their_reference(level, kept)
     kept &= ~_any(table, off)
     none = (*stuck, *off)
     still = still_thermometer(table)
@@ -86,6 +88,11 @@ def screened(table: DwellTable) -> Screened:
         notes.append(other.note)
         kept &= other.kept
     return Screened(kept, left, tuple(suspects), tuple(notes))
+
+
+def _without_bias(table: DwellTable) -> DwellTable:
+    """The table with what its gyros read at each temperature whatever the rate taken off."""
+    return table if table.gyro is None else replace(table, gyro=table.gyro - bias_of_temperatures(table))
 
 
 # ---------------------------------------------------------------- units of measurement
