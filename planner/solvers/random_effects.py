@@ -320,8 +320,9 @@ class Covariance:
         """(K, K) tr AᵀV_kV⁻¹V_lA − ½ tr AᵀV_kAAᵀV_lA for A (n, m)."""
         e, a = self.effects, len(self.effects.diagonals)
         z, inner = e.slopes.T, e.inner(A)
-        weighted = [e.drawn((d / self.diagonal)[:, None] * z, A) for d in e.diagonals]
-        drawn = np.concatenate([*weighted, e.drawn(z, A)], axis=1)  # zᵀD⁻¹V_kA of the diagonal ones, zᵀA
+        weights = np.vstack([e.diagonals / self.diagonal, np.ones(e.rows)])
+        weighed = np.einsum("kn,nb->nkb", weights, z).reshape(e.rows, -1)
+        drawn = e.drawn(weighed, A)  # zᵀD⁻¹V_kA of the diagonal ones, zᵀA
         shape = len(e.starts), *2 * (a + 1, len(e.slopes))
         met = (drawn @ np.swapaxes(drawn, 1, 2)).reshape(shape)
         M = np.zeros((len(e.starts), *2 * (len(e.slopes),)))

@@ -48,8 +48,9 @@ def _left(r: Array) -> tuple[Array, Array]:
 
 def clear(Q: Array, A: Array) -> Array:
     """(I − QQᵀ) A, twice, because raw values are 1e5 times the noise."""
-    A = A - Q @ (Q.T @ A)
-    return np.asarray(A - Q @ (Q.T @ A))
+    left = A - Q @ (Q.T @ A)
+    left -= Q @ (Q.T @ left)
+    return np.asarray(left)
 
 
 def explained(known: Array, columns: Array, y: Array, seen: float) -> tuple[float, int]:
