@@ -167,7 +167,8 @@ def loglik_of_rows(s: State) -> float:
 
 def reml_information(sample: Sample, theta: Array) -> Array:
     """(K, K) expected information on all variances at θ, those at zero too."""
-    size, s = sample.effects.mean_sizes(), sample.by_size
+    size = sample.effects.mean_sizes()
+    scaled = sample.effects.scaled(1.0 / size)
     total = max(float(np.sum(theta * size)), 1e-300)
-    state = state_of(s.y, s.basis, s.effects.scaled(1.0 / size), theta * size / total)
+    state = state_of(sample.left, sample.basis, scaled, theta * size / total)
     return _expected_information(state) * np.outer(size, size) / total**2

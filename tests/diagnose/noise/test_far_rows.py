@@ -12,7 +12,7 @@ import yaml
 from planner.diagnose.channels.channel import channel
 from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.diagnose.noise.far_rows import drawn, far_rows, scale_scatter
-from planner.diagnose.noise.outliers import _left, _within, _without, largest_first
+from planner.diagnose.noise.outliers import SINGULAR, _inverse, _left, _within, _without, largest_first
 from planner.nouns.conditions import Conditions
 from planner.solvers.least_squares import factors
 from planner.spec.load import load_spec
@@ -185,3 +185,12 @@ def test_a_power_on_of_which_no_row_is_left_is_fitted_anew() -> None:
     starts = np.arange(0, 60, 6)
     X, r = np.random.default_rng(1).normal(size=(2, 60, 4))[0], np.ones(60)
     assert _without(np.linalg.qr(X)[0], r, starts, np.arange(60) < 6) is None
+
+
+@pytest.mark.parametrize("least", [0.5, 1e-3, 1e-5, 1e-8, 0.0])
+def test_what_of_the_rows_left_out_the_others_tell_is_inverted_and_no_more(least: float) -> None:
+    V = np.linalg.qr(np.random.default_rng(6).normal(size=(7, 7)))[0]
+    value = np.array([*np.linspace(1.0, 0.3, 6), least])
+    told = value > SINGULAR
+    wanted = (V[:, told] / value[told]) @ V[:, told].T
+    np.testing.assert_allclose(_inverse((V * value) @ V.T), wanted, rtol=1e-9, atol=1e-9 * wanted.max())
