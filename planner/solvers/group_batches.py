@@ -46,6 +46,13 @@ class Batch:
         """`found` (G, m, …) to its place among rows (n, …)."""
         out[self._at] = found.reshape(self.rows.size, *out.shape[1:]) if self.together else found
 
+    def put_product(self, out: Array, factors: Array, A: Array) -> None:
+        """Each group's factor (G, k, k) times what is theirs of rows A (n, m), to its place among rows."""
+        if self.together:
+            np.matmul(factors, self.of(A), out=self.of(out))
+        else:
+            self.put(out, factors @ self.of(A))
+
     def take(self, out: Array, found: Array) -> None:
         """`found` (G, m, …) taken off what is theirs among rows (n, …)."""
         out[self._at] -= found.reshape(self.rows.size, *out.shape[1:]) if self.together else found

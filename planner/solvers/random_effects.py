@@ -213,9 +213,9 @@ class RandomEffects:
         return np.asarray(np.sqrt(self.diagonals[k, rows])[:, None] * A[rows])
 
     def _drifted(self, k: int, A: Array) -> Array:
-        out = np.empty_like(A)
+        out = np.empty(A.shape)
         for batch, drifted in zip(self.batches, self.drifted, strict=True):
-            batch.put(out, drifted[k - len(self.diagonals) - len(self.slopes)] @ batch.of(A))
+            batch.put_product(out, drifted[k - len(self.diagonals) - len(self.slopes)], A)
         return out
 
 

@@ -154,13 +154,9 @@ class Pool:
             if known is signs:
                 return sums
         every = self.segments.T @ signs.T  # by columns, of which few are asked at once
-        self.flips.append((signs, [every[k] for k in map(_as_slice, self.places)]))
+        ends = np.cumsum([len(k) for k in self.places])
+        self.flips.append((signs, np.split(every, ends[:-1])))
         return self.flips[-1][1]
-
-
-def _as_slice(k: NDArray[np.int64]) -> slice:
-    """Columns that follow each other, of which nothing is copied."""
-    return slice(k[0], k[-1] + 1) if len(k) else slice(0)
 
 
 def pool_of(

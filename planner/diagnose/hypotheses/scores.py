@@ -199,10 +199,10 @@ class _Look:
 def _flipped(pool: Pool, looks: Sequence[_Look], signs: Array) -> Iterator[Array]:
     """(f,) Δ of each contrast under random signs (f, g) of the segments."""
     every, t = pool.flipped(signs), pool.taken
-    taken = None if t is None else np.concatenate([every[b] for b in t.blocks])
+    taken = np.concatenate([np.empty((0, len(signs))), *(every[b] for b in (t.blocks if t else ()))])
     for x in looks:
-        k, R = x.c.k, x.c.root
-        mine = every[x.block][k - pool.places[x.block][0]]
+        k, R, first = x.c.k, x.c.root, pool.places[x.block][0]
+        mine = every[x.block][k[0] - first : k[-1] - first + 1]  # one column of the block, or all
         if t is None:
             seen = R.T @ mine
         else:
