@@ -80,7 +80,8 @@ def outliers(
     far = np.zeros(n, dtype=bool)
     if n < LEAST_ROWS:
         return Far(far, np.zeros(n))
-    columns, size = np.column_stack([c.J, candidates]) / spread[:, None], np.zeros(n)
+    columns, size = np.column_stack([c.J, candidates]), np.zeros(n)
+    columns /= spread[:, None]
     r = c.r / spread
     about = _within(columns, r, starts, ~far)
     found = factors(about[0], SEEN, roughly=True)
