@@ -13,10 +13,14 @@ from planner.campaign.channel_model import channel_model
 from planner.diagnose.channels.channel import channel, columns
 from planner.diagnose.channels.prepared import referenced
 from planner.diagnose.channels.unseen_runs import LEAST_RUNS, Folds, block_folds, cells_of, folds_of
-from planner.diagnose.noise.channel_noise import ChannelNoise, Readings, channel_noise
+from planner.diagnose.noise.channel_noise import (
+    ChannelNoise,
+    Readings,
+    channel_noise,
+    plain_readings,
+)
 from planner.diagnose.noise.components import LEVEL
-from planner.diagnose.noise.far_rows import drawn, far_rows, scale_scatter
-from planner.diagnose.noise.outliers import FAR_WEIGHT
+from planner.diagnose.noise.far_rows import drawn, far_rows, scale_scatter, without_far
 from planner.diagnose.weighed_fit import Shapes, Spreads, WeighedFit, weighed_fit
 from planner.dwells.table_rows import by_run, rows_of
 from planner.measurement import AXES
@@ -132,8 +136,9 @@ def _readings(
     blocks = tuple(columns(c, e.effect, e.nonlinear) for e in found)
     candidates = np.column_stack([np.empty((len(y), 0)), *blocks])
     cells, draws = cells_of(table.conditions()), (scale_scatter(spec.unit, c), drawn(spec.unit, c))
-    far = far_rows(c, candidates, starts, table.duration, cells, *draws).rows
-    return Readings(c, starts, table.duration, blocks, np.where(far, FAR_WEIGHT, 1.0), LEAST_RUNS)
+    plain = plain_readings(c, starts, table.duration, np.ones(len(y)))
+    kept = without_far(plain, blocks, far_rows(plain, candidates, cells, *draws).rows)
+    return kept if len(starts) >= kept.least_runs else replace(kept, least_runs=LEAST_RUNS)
 
 
 def _channel_fits(

@@ -85,7 +85,7 @@ class BlockCovariance:
         """(n, m) of A (n, m), every group's rows times its own factor (G, m, m)."""
         out = np.empty(A.shape)
         for b, factor in zip(self.blocks, factors, strict=True):
-            b.batch.put(out, factor @ b.batch.of(A))
+            b.batch.put_product(out, factor, A)
         return out
 
     def quadratic(self, A: Array) -> Array:

@@ -46,6 +46,13 @@ class Batch:
         """`found` (G, m, …) to its place among rows (n, …)."""
         out[self._at] = found.reshape(self.rows.size, *out.shape[1:]) if self.together else found
 
+    def put_product(self, out: Array, factors: Array, A: Array) -> None:
+        """Each group's factor (G, k, k) times what is theirs of rows A (n, m), to its place among rows."""
+        if self.together:
+            np.matmul(factors, self.of(A), out=self.of(out))
+        else:
+            self.put(out, factors @ self.of(A))
+
     def take(self, out: Array, found: Array) -> None:
         """`found` (G, m, …) taken off what is theirs among rows (n, …)."""
         out[self._at] -= found.reshape(self.rows.size, *out.shape[1:]) if self.together else found
@@ -61,12 +68,15 @@ def batches_of(starts: NDArray[np.int64], sizes: NDArray[np.int64]) -> list[Batc
     return [Batch(at, starts[at][:, None] + np.arange(sizes[at[0]])) for at in alike]
 
 
-def sums_of_groups(A: Array, starts: NDArray[np.int64]) -> Array:
-    """(g, k) sums over each group of rows (n, k): of many columns a sixth of the time of `reduceat`."""
+def sums_of_groups(A: Array, starts: NDArray[np.int64], weights: Array | None = None) -> Array:
+    """(g, k) sums over each group of rows (n, k), each row times its weight (n,).
+
+    Of many columns a sixth of the time of `reduceat`, and the weights cost nothing.
+    """
     from scipy.sparse import csr_array
 
-    n = len(A)
+    n, each = len(A), np.ones(len(A)) if weights is None else weights
     if A.shape[1] < _MANY:
-        return np.asarray(np.add.reduceat(A, starts, axis=0))
-    ones = csr_array((np.ones(n), np.arange(n), np.append(starts, n)), shape=(len(starts), n))
-    return np.asarray(ones @ A)
+        return np.asarray(np.add.reduceat(A if weights is None else each[:, None] * A, starts, axis=0))
+    groups = csr_array((each, np.arange(n), np.append(starts, n)), shape=(len(starts), n))
+    return np.asarray(groups @ A)

@@ -213,9 +213,9 @@ class RandomEffects:
         return np.asarray(np.sqrt(self.diagonals[k, rows])[:, None] * A[rows])
 
     def _drifted(self, k: int, A: Array) -> Array:
-        out = np.empty_like(A)
+        out = np.empty(A.shape)
         for batch, drifted in zip(self.batches, self.drifted, strict=True):
-            batch.put(out, drifted[k - len(self.diagonals) - len(self.slopes)] @ batch.of(A))
+            batch.put_product(out, drifted[k - len(self.diagonals) - len(self.slopes)], A)
         return out
 
 
@@ -320,8 +320,9 @@ class Covariance:
         """(K, K) tr AᵀV_kV⁻¹V_lA − ½ tr AᵀV_kAAᵀV_lA for A (n, m)."""
         e, a = self.effects, len(self.effects.diagonals)
         z, inner = e.slopes.T, e.inner(A)
-        weighted = [e.drawn((d / self.diagonal)[:, None] * z, A) for d in e.diagonals]
-        drawn = np.concatenate([*weighted, e.drawn(z, A)], axis=1)  # zᵀD⁻¹V_kA of the diagonal ones, zᵀA
+        weights = np.vstack([e.diagonals / self.diagonal, np.ones(e.rows)])
+        weighed = np.einsum("kn,nb->nkb", weights, z).reshape(e.rows, -1)
+        drawn = e.drawn(weighed, A)  # zᵀD⁻¹V_kA of the diagonal ones, zᵀA
         shape = len(e.starts), *2 * (a + 1, len(e.slopes))
         met = (drawn @ np.swapaxes(drawn, 1, 2)).reshape(shape)
         M = np.zeros((len(e.starts), *2 * (len(e.slopes),)))

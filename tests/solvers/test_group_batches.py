@@ -26,6 +26,18 @@ def test_what_is_taken_goes_back_to_its_place(sizes: tuple[int, ...], columns: i
     np.testing.assert_array_equal(groups, S)
 
 
+@pytest.mark.parametrize("sizes", [(3, 3, 3), (3, 2, 3, 2), (2, 2, 5, 1)])
+def test_each_group_is_multiplied_by_its_own_factor(sizes: tuple[int, ...]) -> None:
+    starts = np.cumsum((0, *sizes))[:-1]
+    rng = np.random.default_rng(3)
+    A, factors = rng.normal(size=(sum(sizes), 4)), [rng.normal(size=(m, m)) for m in sizes]
+    out = np.full_like(A, np.nan)
+    for batch in batches_of(starts, np.array(sizes)):
+        batch.put_product(out, np.array([factors[place] for place in batch.places]), A)
+    wanted = [f @ A[a : a + m] for f, a, m in zip(factors, starts, sizes, strict=True)]
+    np.testing.assert_allclose(out, np.concatenate(wanted), atol=1e-14)
+
+
 @pytest.mark.parametrize("r", [0, 1, 7, 40])
 def test_triangles_are_inverted_and_multiplied_as_any_matrix(r: int) -> None:
     rng = np.random.default_rng(2)
@@ -42,3 +54,11 @@ def test_sums_of_groups_are_those_of_their_rows(columns: int) -> None:
     A = np.random.default_rng(2).normal(size=(11, columns))
     wanted = [A[a:b].sum(axis=0) for a, b in ((0, 3), (3, 4), (4, 9), (9, 11))]
     np.testing.assert_allclose(sums_of_groups(A, starts), np.array(wanted), atol=1e-14)
+
+
+@pytest.mark.parametrize("columns", [1, 120])
+def test_rows_are_weighed_in_their_sums(columns: int) -> None:
+    starts, rng = np.array([0, 3, 4, 9]), np.random.default_rng(5)
+    A, weights = rng.normal(size=(11, columns)), rng.normal(size=11)
+    wanted = sums_of_groups(weights[:, None] * A, starts)
+    np.testing.assert_allclose(sums_of_groups(A, starts, weights), wanted, atol=1e-14)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from planner.nouns.array import Array
 from planner.solvers.least_squares import orthogonal
+from planner.solvers.triangles import inverse_of_triangle
 
 
 def orthonormal(A: Array, seen: float = 1e-9) -> Array:
@@ -23,7 +24,14 @@ def orthonormal(A: Array, seen: float = 1e-9) -> Array:
 
 
 def _all_seen(r: Array, seen: float) -> bool:
-    """Whether no direction of a triangle is left out: its singular values alone, a quarter of the work."""
+    """Whether no direction of a triangle is left out.
+
+    1 / |R⁻¹| is no more than its smallest singular value. Where that is too small its singular values alone,
+    a quarter of the work.
+    """
+    square = r.shape[0] == r.shape[1] and bool(np.diag(r).all())
+    if square and seen * np.linalg.norm(inverse_of_triangle(r.T)) * np.linalg.norm(r) < 1.0:
+        return True
     try:
         s = np.linalg.svd(r, compute_uv=False)
     except np.linalg.LinAlgError:
@@ -48,8 +56,9 @@ def _left(r: Array) -> tuple[Array, Array]:
 
 def clear(Q: Array, A: Array) -> Array:
     """(I − QQᵀ) A, twice, because raw values are 1e5 times the noise."""
-    A = A - Q @ (Q.T @ A)
-    return np.asarray(A - Q @ (Q.T @ A))
+    left = A - Q @ (Q.T @ A)
+    left -= Q @ (Q.T @ left)
+    return np.asarray(left)
 
 
 def explained(known: Array, columns: Array, y: Array, seen: float) -> tuple[float, int]:

@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.chance import Flips, Nulls
 from planner.diagnose.hypotheses.freedoms import of_each_column
-from planner.diagnose.noise.shares import Segments, Shares
+from planner.diagnose.noise.shares import Shares
 from planner.diagnose.noise.whitened import SEEN, Cleared, Whitened, of_means
 from planner.nouns.array import Array
+from planner.solvers.group_batches import sums_of_groups
 
 RANK = 1e-8  # of the largest eigenvalue: directions below are what is there already
 MOST_CLEARED = 12  # pools beside others that are kept: a megabyte each
@@ -66,8 +67,11 @@ class Pool:
 
     parts: axis -> (n, k_a) of length one over all axes; size: (K,) whitened length that they had, per SI unit
     between: block -> whether most of it lies between power-ons, not within them
-    gram: (K, K) of the parts; h: (K,) clear of what was taken; segments: for the flips; shares: of variances
+    gram: (K, K) of the parts; h: (K,) clear of what was taken; shares: of variances
+    cuts: (g,) first row of every segment that keeps one sign under a flip
+    segments: (g, K) what each of these has of the parts' product with the residual of the full model
     taken: what the pool is clear of, which never touches (K, K): a search asks for few blocks beside much
+    flips: signs with what they made of every block, kept
     asked, alone, nulls, cleared: what was computed of it already: a search asks the same many times
     """
 
@@ -80,9 +84,11 @@ class Pool:
     between: tuple[bool, ...]
     gram: Array
     h: Array
-    segments: Segments
+    cuts: NDArray[np.int64]
+    segments: Array
     shares: Mapping[int, Shares]
     taken: Taken | None = None
+    flips: list[tuple[Array, list[Array]]] = field(default_factory=list, compare=False)
     asked: dict[tuple[int, ...], Contrast] = field(init=False, default_factory=dict, compare=False)
     alone: dict[int, tuple[Contrast, ...]] = field(init=False, default_factory=dict, compare=False)
     nulls: list[tuple[tuple[int, ...], Flips, Nulls]] = field(init=False, default_factory=list, compare=False)
@@ -142,14 +148,15 @@ class Pool:
         mine = np.isin(self.axes[axis], t.columns)
         return z - self.parts[axis][:, mine] @ t.sizes[np.searchsorted(t.columns, self.axes[axis][mine])]
 
-    def flipped(self, signs: Array) -> Array:
-        """(flips, K) sums of the segments under random signs, clear of what was taken."""
-        H, t = self.segments.flipped(signs), self.taken
-        if t is None:
-            return H
-        by_columns = H.T - t.A.T @ H.T[t.columns]  # of which few are asked at once
-        by_columns[~t.left] = 0.0
-        return by_columns.T
+    def flipped(self, signs: Array) -> list[Array]:
+        """(k, f) of every block, sums of `segments` under random signs (f, g), of the parts as they are."""
+        for known, sums in self.flips:
+            if known is signs:
+                return sums
+        every = self.segments.T @ signs.T  # by columns, of which few are asked at once
+        ends = np.cumsum([len(k) for k in self.places])
+        self.flips.append((signs, np.split(every, ends[:-1])))
+        return self.flips[-1][1]
 
 
 def pool_of(
@@ -187,10 +194,11 @@ def pool_of(
     for axis, part in parts.items():
         part *= scale[axes[axis]]  # in place: all candidates of a channel are a tenth of a gigabyte at most
     size = np.where(alive, size, 0.0)
-    gram, h = np.zeros((total, total)), np.zeros(total)
+    gram, h, of_segments = np.zeros((total, total)), np.zeros(total), np.zeros((len(cuts), total))
     for axis, C in parts.items():
         gram[np.ix_(axes[axis], axes[axis])] += C.T @ C
         h[axes[axis]] += C.T @ state[axis].z
+        of_segments[:, axes[axis]] += sums_of_groups(C, cuts, state[axis].remainder)
     of_axis = {a: tuple(i for i, b in enumerate(blocks) if a in b.columns) for a in state}
     return Pool(
         state,
@@ -202,7 +210,8 @@ def pool_of(
         _lie_between(state, places, axes, parts),
         gram,
         h,
-        Segments(parts, axes, {a: w.remainder for a, w in state.items()}, total, cuts),
+        cuts,
+        of_segments,
         {a: Shares(state[a].noise, part, _places(of_axis[a], places)) for a, part in parts.items()},
     )
 
@@ -230,29 +239,29 @@ def _places(mine: Sequence[int], places: Sequence[NDArray[np.int64]]) -> dict[in
 def extended(pool: Pool, block: Block, cuts: NDArray[np.int64]) -> Pool:
     """The pool with one more block at its end."""
     one, total, new = pool_of(pool.state, [block], cuts), len(pool.h), len(pool.blocks)
-    axes = {a: np.concatenate([k, one.axes[a] + total]) for a, k in pool.axes.items()}
-    parts = {a: np.concatenate([C, one.parts[a]], axis=1) for a, C in pool.parts.items()}
+    axes, parts, shares = dict(pool.axes), dict(pool.parts), dict(pool.shares)
     size = np.concatenate([pool.size, one.size])
     gram = np.zeros((len(size), len(size)))
     gram[:total, :total], gram[total:, total:] = pool.gram, one.gram
-    places, shares = (*pool.places, one.places[0] + total), {}
-    for a, k in pool.axes.items():
+    for a in block.columns:
+        k = pool.axes[a]
+        axes[a] = np.concatenate([k, one.axes[a] + total])
+        parts[a] = np.concatenate([pool.parts[a], one.parts[a]], axis=1)
+        shares[a] = pool.shares[a].with_block(new, parts[a])
         gram[np.ix_(k, one.axes[a] + total)] += pool.parts[a].T @ one.parts[a]
-        mine = [*pool.shares[a].places, *([new] if a in block.columns else [])]
-        shares[a] = Shares(pool.state[a].noise, parts[a], _places(mine, places))
     gram[total:, :total] = gram[:total, total:].T
-    flips = pool.segments.flipped_with(one.segments)
     return replace(
         pool,
         blocks=(*pool.blocks, block),
-        places=places,
+        places=(*pool.places, one.places[0] + total),
         axes=axes,
         parts=parts,
         size=size,
         between=(*pool.between, *one.between),
         gram=gram,
         h=np.concatenate([pool.h, one.h]),
-        segments=Segments(parts, axes, pool.segments.remainder, len(size), cuts, flips),
+        segments=np.concatenate([pool.segments, one.segments], axis=1),
+        flips=[(signs, [*sums, *one.flipped(signs)]) for signs, sums in pool.flips],
         shares=shares,
         taken=None,
     )

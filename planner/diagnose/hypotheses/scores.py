@@ -171,7 +171,6 @@ def nulls_of(pool: Pool, tested: Iterable[int], flips: Flips) -> Nulls:
 
 
 def _nulls_of(pool: Pool, tested: Sequence[int], flips: Flips) -> Nulls:
-    H = pool.flipped(flips.signs).T
     least = {(axis, kind): np.zeros(len(flips.signs)) for axis in pool.state for kind in (False, True)}
     looks: list[_Look] = []
     for b in tested:
@@ -179,9 +178,9 @@ def _nulls_of(pool: Pool, tested: Sequence[int], flips: Flips) -> Nulls:
         single = _each_alone(pool, b)
         for look in (c, *single) if c.m else ():
             many = 1.0 if not single else 2.0 * (1.0 if look is c else len(single))
-            seen = look.root.T @ H[look.k]
-            looks.append(_Look(b, look, float(np.log(many)), np.einsum("mf,mf->f", seen, seen)))
-    for one, found in zip(looks, _log_p_of(looks), strict=True):
+            looks.append(_Look(b, look, float(np.log(many))))
+    values = list(_flipped(pool, looks, flips.signs))
+    for one, found in zip(looks, _log_p_of(looks, values), strict=True):
         for axis in pool.blocks[one.block].columns:
             family = least[axis, pool.between[one.block]]
             np.minimum(family, found, out=family)
@@ -190,12 +189,26 @@ def _nulls_of(pool: Pool, tested: Sequence[int], flips: Flips) -> Nulls:
 
 @dataclass(frozen=True)
 class _Look:
-    """Δ (f,) of a contrast of a block in every flip; many: log of how many of them the block had."""
+    """A contrast of a block that is asked in every flip; many: log of how many of them the block had."""
 
     block: int
     c: Contrast
     many: float
-    values: Array
+
+
+def _flipped(pool: Pool, looks: Sequence[_Look], signs: Array) -> Iterator[Array]:
+    """(f,) Δ of each contrast under random signs (f, g) of the segments."""
+    every, t = pool.flipped(signs), pool.taken
+    taken = np.concatenate([np.empty((0, len(signs))), *(every[b] for b in (t.blocks if t else ()))])
+    for x in looks:
+        k, R, first = x.c.k, x.c.root, pool.places[x.block][0]
+        mine = every[x.block][k[0] - first : k[-1] - first + 1]  # one column of the block, or all
+        if t is None:
+            seen = R.T @ mine
+        else:
+            R = t.left[k][:, None] * R
+            seen = R.T @ mine - (t.A[:, k] @ R).T @ taken
+        yield np.einsum("mf,mf->f", seen, seen)
 
 
 def chance_of(pool: Pool, block: int, s: Score, nulls: Nulls) -> float:
@@ -203,16 +216,16 @@ def chance_of(pool: Pool, block: int, s: Score, nulls: Nulls) -> float:
     return family_wise(s.log_p, nulls.of(pool.blocks[block].columns, pool.between[block])) if s.m else 1.0
 
 
-def _log_p_of(looks: Sequence[_Look]) -> Iterator[Array]:
-    """(f,) log p of very many Δ of each contrast, by a table: they are counted."""
+def _log_p_of(looks: Sequence[_Look], values: Sequence[Array]) -> Iterator[Array]:
+    """(f,) log p of very many Δ (f,) of each contrast, by a table: they are counted."""
     if not looks:
         return
-    largest = np.array([max(float(look.values.max(initial=0.0)), 1e-30) for look in looks])
+    largest = np.array([max(float(x.max(initial=0.0)), 1e-30) for x in values])
     m, freedom, s2, many = np.array([(x.c.m, x.c.freedom, x.c.s2, x.many) for x in looks]).T[:, :, None]
     grids = GRID * largest[:, None]
     tables = many + log_p(grids, m, freedom, s2)
     slopes, steps = np.diff(tables) / np.diff(grids), len(GRID) - 1
-    for look, most, grid, table, slope in zip(looks, largest, grids, tables, slopes, strict=True):
+    for value, most, grid, table, slope in zip(values, largest, grids, tables, slopes, strict=True):
         # GRID = (i / steps)²: the place of a value in it is a root
-        i = np.minimum((np.sqrt(look.values / most) * steps).astype(np.int64), steps - 1)
-        yield table[i] + slope[i] * (look.values - grid[i])
+        i = np.minimum((np.sqrt(value / most) * steps).astype(np.int64), steps - 1)
+        yield table[i] + slope[i] * (value - grid[i])

@@ -92,13 +92,13 @@ class ChannelNoise:
 
     def levels(self, white: Array) -> tuple[Array, Array]:
         """(g, g) LᵀL and (g, m) Lᵀ white (n, m), L the white levels of the power-ons, by sums over these."""
-        own = self.covariance.whiten(np.ones((len(white), 1)))
-        gram = np.diag(sums_of_groups(own**2, self.starts)[:, 0])
+        own = self.covariance.whiten(np.ones((len(white), 1)))[:, 0]
+        gram = np.diag(np.add.reduceat(own**2, self.starts))
         if self._known is not None:
             U, s = self._known
-            along = sums_of_groups(own * U, self.starts)
+            along = sums_of_groups(U, self.starts, own)
             gram = gram - (along * (s**2 / (1.0 + s**2))) @ along.T
-        return gram, sums_of_groups(own * self._beside_known(white), self.starts)
+        return gram, sums_of_groups(self._beside_known(white), self.starts, own)
 
     @cached_property
     def _known(self) -> tuple[Array, Array] | None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.channels.channel import Channel
 from planner.diagnose.noise.beside_budgets import between
-from planner.diagnose.noise.channel_noise import channel_noise, plain_readings
+from planner.diagnose.noise.channel_noise import Readings, channel_noise
 from planner.diagnose.noise.outliers import FAR_WEIGHT, LEAST_FAR, Far, outliers
 from planner.nouns.array import Array
 from planner.spec.model import Unit
@@ -36,20 +39,19 @@ def drawn(unit: Unit | None, c: Channel) -> Array:
 
 
 def far_rows(
-    c: Channel,
+    plain: Readings,
     candidates: Array,
-    starts: NDArray[np.int64],
-    duration: Array,
     cells: NDArray[np.int64],
     scatter: Array,
     draws: Array | None = None,
 ) -> Far:
     """The rows of a channel that are left out, by the spread of those that are not suspect at first sight.
 
+    plain: its readings under the declared model alone, every row at its full weight
     scatter: (n,) one sigma by which a row may be off with its whole power-on (`scale_scatter`)
     draws: (n, t) what each power-on may draw (`drawn`), which its own rows tell; None: nothing
     """
-    plain = plain_readings(c, starts, duration, np.ones(len(c.r)))
+    c, starts = plain.channel, plain.starts
     first = outliers(c, candidates, starts, channel_noise(plain).spread, cells)
     suspect = first.size > LEAST_FAR
     if not suspect.any():
@@ -58,3 +60,13 @@ def far_rows(
     noise = channel_noise(plain.with_noise(weights=weights))
     spread = noise.spread * np.sqrt(weights)
     return outliers(c, candidates, starts, spread, cells, scatter, draws, noise.with_power_on)
+
+
+def without_far(plain: Readings, blocks: Sequence[Array], far: NDArray[np.bool_]) -> Readings:
+    """The readings beside more blocks (n, k), rows that are far off (n,) at next to no weight.
+
+    Themselves where there are neither: their noise is judged already.
+    """
+    if not blocks and not far.any():
+        return plain
+    return replace(plain, blocks=tuple(blocks), weights=np.where(far, FAR_WEIGHT, 1.0))

@@ -22,6 +22,7 @@ from planner.nouns.array import Array
 from planner.solvers.distributions import student_quantile
 from planner.solvers.group_batches import sums_of_groups
 from planner.solvers.least_squares import Factors, factors
+from planner.solvers.triangles import inverse_of_triangle
 
 FAR_WEIGHT = 1e-4  # of such a row: 40 sigma then count as 0.4
 CHANCE = 0.02  # rows a channel and campaign that are left out by chance
@@ -40,6 +41,7 @@ STEPS = 30  # of leaving out rows: each takes those within half of the largest, 
 MOST_FAR = 0.1  # share of the rows that may be left out at first sight: beyond it nothing stands out
 LEAST_FREE = 0.03  # of a row's variance that the fit leaves: of less nothing is told about the row
 MOST_TAKEN = 0.97  # of a row's variance by the fit: of one that takes more nothing is left that tells
+SINGULAR = 1e-6  # of the largest combination of rows left out, below which the others do not tell one
 FEW_FAR = 60  # rows left out, up to which the fit of all rows says what the others leave
 LEAST_TOLD = 0.1  # of every combination of them that the fit of all rows must leave
 MOST_MOVED = 100.0  # of what is left, by which they may have moved another row
@@ -78,7 +80,8 @@ def outliers(
     far = np.zeros(n, dtype=bool)
     if n < LEAST_ROWS:
         return Far(far, np.zeros(n))
-    columns, size = np.column_stack([c.J, candidates]) / spread[:, None], np.zeros(n)
+    columns, size = np.column_stack([c.J, candidates]), np.zeros(n)
+    columns /= spread[:, None]
     r = c.r / spread
     about = _within(columns, r, starts, ~far)
     found = factors(about[0], SEEN, roughly=True)
@@ -127,6 +130,7 @@ def largest_first(basis: Array, r: Array, starts: NDArray[np.int64]) -> NDArray[
     share = np.einsum("nk,nk->n", basis, basis) + of_mean
     e = clear(basis, r)
     left, free, far = e, 1.0 - share, np.zeros(len(r), dtype=bool)
+    d, H = np.empty(0, dtype=np.int64), np.empty((len(r), 0))
     for _ in range(STEPS):
         size = np.where(far, 0.0, np.abs(left) / np.sqrt(np.maximum(free, LEAST_FREE)))
         scale = float(np.quantile(size[~far], MIDDLE)) / NORMAL_MIDDLE
@@ -134,11 +138,28 @@ def largest_first(basis: Array, r: Array, starts: NDArray[np.int64]) -> NDArray[
         if not now.any() or np.count_nonzero(far | now) > MOST_FAR * len(r):
             break
         far |= now
-        H = basis @ basis[far].T + np.where(run[:, None] == run[far], of_mean[:, None], 0.0)
-        turned = H @ np.linalg.pinv(np.eye(H.shape[1]) - H[far], rcond=1e-6, hermitian=True)
-        left = e + turned @ e[far]
+        more = np.flatnonzero(now)
+        same = np.where(run[:, None] == run[more], of_mean[:, None], 0.0)
+        d, H = np.append(d, more), np.column_stack([H, basis @ basis[more].T + same])
+        turned = H @ _inverse(np.eye(len(d)) - H[d])
+        left = e + turned @ e[d]
         free = 1.0 - share - np.einsum("nd,nd->n", turned, H)
     return far
+
+
+def _inverse(A: Array) -> Array:
+    """A⁺ of a symmetric A (d, d) whose eigenvalues are between zero and one.
+
+    By Cholesky's factor L where nothing of it counts as zero: the trace of A⁻¹ = L⁻ᵀL⁻¹ is more than its
+    largest eigenvalue.
+    """
+    try:
+        root = inverse_of_triangle(np.linalg.cholesky(A))
+        if np.sum(root**2) < 0.1 / SINGULAR:
+            return np.asarray(root.T @ root)
+    except np.linalg.LinAlgError:
+        pass
+    return np.asarray(np.linalg.pinv(A, rcond=SINGULAR, hermitian=True))
 
 
 def _without(

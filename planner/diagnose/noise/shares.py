@@ -17,19 +17,20 @@ from numpy.typing import NDArray
 
 from planner.diagnose.noise.channel_noise import ChannelNoise
 from planner.nouns.array import Array
-from planner.solvers.group_batches import sums_of_groups
 
 
 @dataclass(frozen=True)
 class Shares:
     """One channel's. columns: (n, q) C; places: block -> its columns among these
 
+    known: block -> (K, k, k) of the first blocks, where it was made already
     rows: block -> (K, k, q) of a block that was asked for beside others
     """
 
     noise: ChannelNoise
     columns: Array
     places: Mapping[int, NDArray[np.int64]]
+    known: Mapping[int, Array] = field(default_factory=dict, compare=False)
     rows: dict[int, Array] = field(init=False, default_factory=dict, compare=False)
 
     def of_contrasts(self, some: NDArray[np.int64], R: Array, stand: Mapping[int, Array]) -> Array:
@@ -89,15 +90,28 @@ class Shares:
         """(K, q) of every column with itself."""
         return np.concatenate([np.einsum("kii->ki", own) for own in self._own.values()], axis=1)
 
+    def with_block(self, b: int, columns: Array) -> Shares:
+        """The same with a block more behind; columns: (n, q') all of them then."""
+        place = np.arange(self.columns.shape[1], columns.shape[1])
+        return Shares(self.noise, columns, {**self.places, b: place}, self._own)
+
     @cached_property
     def _own(self) -> dict[int, Array]:
         """Block -> (K, k, k)."""
+        return {**self.known, **self._made([b for b in self.places if b not in self.known])}
+
+    def _made(self, blocks: Sequence[int]) -> dict[int, Array]:
+        """Block -> (K, k, k) of the last blocks."""
+        if not blocks:
+            return {}
         effects, theta = self.noise.covariance.effects, self.noise.variances.theta
-        U = self.noise.covariance.whiten_transposed(self.columns)
+        first = self.places[blocks[0]][0]
+        places = {b: self.places[b] - first for b in blocks}
+        U = self.noise.covariance.whiten_transposed(self.columns[:, first:])
         drawn = np.swapaxes(effects.drawn(effects.slopes.T, U), 0, 1)
         moving = range(effects.count - len(effects.drifts), effects.count)
         images = [effects.times(k, U) for k in moving]
-        single = np.array([p[0] for p in self.places.values() if len(p) == 1], dtype=np.int64)
+        single = np.array([p[0] for p in places.values() if len(p) == 1], dtype=np.int64)
         alone = np.array(
             [
                 *(effects.diagonals @ U[:, single] ** 2),
@@ -118,7 +132,7 @@ class Shares:
             )
 
         at = dict(zip(single.tolist(), alone.T, strict=True))
-        found = {b: at[p[0]][:, None, None] if len(p) == 1 else several(p) for b, p in self.places.items()}
+        found = {b: at[p[0]][:, None, None] if len(p) == 1 else several(p) for b, p in places.items()}
         return {b: theta[:, None, None] * x for b, x in found.items()}
 
     def _row(self, b: int) -> Array:
@@ -156,37 +170,3 @@ def freedom_of(each: Sequence[tuple[ChannelNoise, Array]]) -> float:
 def degrees(spread: Array | float) -> Array:
     """Degrees of freedom of estimated variances, by their own variances over their squares."""
     return np.asarray(np.clip(2.0 / np.maximum(spread, 1e-12), 1.0, 1e6))
-
-
-@dataclass(frozen=True)
-class Segments:
-    """Cᵀ times the residual of the full model, segment by segment, and its sums under random signs.
-
-    columns: axis -> (n, k_a); places: axis -> (k_a,) which of the `total` columns these are
-    remainder: axis -> (n,); cuts: first row of every segment; flips: signs with what they made, kept
-    """
-
-    columns: Mapping[int, Array]
-    places: Mapping[int, NDArray[np.int64]]
-    remainder: Mapping[int, Array]
-    total: int
-    cuts: NDArray[np.int64]
-    flips: list[tuple[Array, Array]] = field(default_factory=list, compare=False)
-
-    def flipped(self, signs: Array) -> Array:
-        """(flips, total) sums over the segments with signs (flips, segments)."""
-        for known, sums in self.flips:
-            if known is signs:
-                return sums
-        self.flips.append((signs, (self._sums().T @ signs.T).T))  # by columns, of which few are asked at once
-        return self.flips[-1][1]
-
-    def _sums(self) -> Array:
-        out = np.zeros((len(self.cuts), self.total))
-        for axis, C in self.columns.items():
-            out[:, self.places[axis]] += sums_of_groups(C * self.remainder[axis][:, None], self.cuts)
-        return out
-
-    def flipped_with(self, more: Segments) -> list[tuple[Array, Array]]:
-        """What was flipped already, with the columns of `more` behind."""
-        return [(signs, np.concatenate([sums, more.flipped(signs)], axis=1)) for signs, sums in self.flips]

@@ -8,7 +8,7 @@ about one that was put back before the day was over. One power-on that is off by
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Literal
 
 import numpy as np
@@ -32,8 +32,25 @@ def sets_of(day: Array, first_day: bool) -> tuple[NDArray[np.bool_], list[Span]]
     day: (g,) of the power-ons, in their order; first_day: whether the first one is asked too. Of what the
     declared model takes up where all have it, as leans do a mounting, it is the question of those behind it
     """
-    sets = list(_sets(day, first_day))
-    return np.array([there for there, _ in sets]), [span for _, span in sets]
+    g, whole, begin = len(day), np.floor(day), 0 if first_day else 1
+    side = min(SIDE, g // LEAST_RUNS)
+    days = np.unique(whole)[begin:, None] == whole
+    held = np.count_nonzero(days, axis=1)
+    ends = {first: min(first + LONGEST, g - side) for first in range(begin, g)}
+    sets: dict[Span, NDArray[np.bool_]] = {
+        "throughout": np.ones((1, g), dtype=bool),
+        "on": _in_turn([(k, g) for k in range(side, g - side + 1)], g),
+        "day": days[(held >= SIDE) & (held <= g - side)],
+        "while": _in_turn([(k, end) for k in ends for end in range(k + SIDE, ends[k] + 1)], g),
+        "alone": np.eye(g, dtype=bool),
+    }
+    return np.concatenate([*sets.values()]), [span for span, some in sets.items() for _ in some]
+
+
+def _in_turn(ends: Sequence[tuple[int, int]], g: int) -> NDArray[np.bool_]:
+    """(w, g) power-ons from each first one to before each last."""
+    first, last = np.array(ends, dtype=np.int64).reshape(-1, 2).T[:, :, None]
+    return np.asarray((np.arange(g) >= first) & (np.arange(g) < last))
 
 
 def sums_over(sets: NDArray[np.bool_]) -> Callable[[Array], Array]:
@@ -81,20 +98,3 @@ def said(span: Span, runs: NDArray[np.int64]) -> dict[str, str]:
             "there": "in these",
         }
     return {"when": f"from run {first} on", "before": f"before run {first}", "there": "from there on"}
-
-
-def _sets(day: Array, first_day: bool) -> Iterator[tuple[NDArray[np.bool_], Span]]:
-    order, whole = np.arange(len(day)), np.floor(day)
-    side = min(SIDE, len(day) // LEAST_RUNS)
-    yield order >= 0, "throughout"
-    for k in range(side, len(day) - side + 1):
-        yield order >= k, "on"
-    for one in np.unique(whole)[0 if first_day else 1 :].tolist():
-        there = whole == one
-        if SIDE <= np.count_nonzero(there) <= len(day) - side:
-            yield there, "day"
-    for first in range(0 if first_day else 1, len(day)):
-        for last in range(first + SIDE - 1, min(first + LONGEST, len(day) - side)):
-            yield (order >= first) & (order <= last), "while"
-    for k in order.tolist():
-        yield order == k, "alone"

@@ -20,7 +20,7 @@ W the whitened columns, Q the declared model and what is believed, z the residua
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -162,7 +162,8 @@ class _Asked:
     def of(cls, kind: Kind, found: Sequence[SensorFound], data: Prepared) -> _Asked:
         mine = [s for s in found if s.sensor in kind.sensors]
         sets, spans = _sets(kind, data)
-        sums = [_sums(kind, s, axis, sets) for s in mine for axis in s.found.pool.state]
+        over = sums_over(sets)
+        sums = [_sums(kind, s, axis, over) for s in mine for axis in s.found.pool.state]
         squares = [w.mean_square for s in mine for w in s.found.pool.state.values()]
         s2 = max(float(np.mean(squares)), 1.0) if squares else 1.0
         return cls(kind, mine, data, sets, spans, sums, s2)
@@ -268,12 +269,13 @@ def _sets(kind: Kind, data: Prepared) -> tuple[NDArray[np.bool_], list[Span]]:
     return sets_of(data.table.day[data.starts], kind.alone)
 
 
-def _sums(kind: Kind, s: SensorFound, axis: int, sets: NDArray[np.bool_]) -> _Sums:
+def _sums(kind: Kind, s: SensorFound, axis: int, over: Callable[[Array], Array]) -> _Sums:
+    """over: sums of what each power-on says over sets of them (`sums_over`)."""
     w = s.found.pool.state[axis]
     W, Q, z = _rows(kind, s, axis)
     drawn = w.noise.covariance.effects.drawn
     each = drawn(W, W), drawn(Q, W), drawn(W, z[:, None])[:, :, 0]
-    square, along, h = map(sums_over(sets), each)
+    square, along, h = map(over, each)
     before = np.trace(square, axis1=1, axis2=2)
     gram = square - np.swapaxes(along, 1, 2) @ along
     told = np.trace(gram, axis1=1, axis2=2) > LEFT * before

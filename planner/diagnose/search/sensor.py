@@ -28,10 +28,9 @@ from planner.diagnose.hypotheses.nonlinear import refined
 from planner.diagnose.hypotheses.pool import Pool, pool_of
 from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.within_input import most_of_terms
-from planner.diagnose.noise.channel_noise import Readings, channel_noise
-from planner.diagnose.noise.far_rows import drawn, far_rows, scale_scatter
+from planner.diagnose.noise.channel_noise import Readings, channel_noise, plain_readings
+from planner.diagnose.noise.far_rows import drawn, far_rows, scale_scatter, without_far
 from planner.diagnose.noise.noise_of_triad import triad_noise
-from planner.diagnose.noise.outliers import FAR_WEIGHT
 from planner.diagnose.noise.stated_spreads import with_stated
 from planner.diagnose.noise.undriven import as_budgeted_at_rest
 from planner.diagnose.noise.whitened import Cleared, Whitened, cleared, moving, whitened
@@ -242,10 +241,10 @@ def _readings(
         full, hidden = of_the_full_model(blocks, c.axis, len(c.r), len(data.starts))
         few = np.column_stack([nothing, *coarse(blocks, c.axis)])
         draws = scale_scatter(data.unit, c), drawn(data.unit, c)
-        off = far_rows(c, few, data.starts, data.table.duration, cells, *draws)
+        plain = plain_readings(c, data.starts, data.table.duration, np.ones(len(c.r)))
+        off = far_rows(plain, few, cells, *draws)
         far[c.axis], sizes[c.axis] = off.rows, off.size
-        weights = np.where(off.rows, FAR_WEIGHT, 1.0)
-        plain = Readings(c, data.starts, data.table.duration, tuple(full), weights)
+        plain = without_far(plain, full, off.rows)
         if not full:  # a slope at each node would take all that tells the spread of few power-ons
             plain = replace(plain, moves=moving(c, channel_noise(plain)))
         plain, whole = as_shown(plain, hidden, data.table.time_on, _budgets(data, c.sensor))

@@ -240,7 +240,7 @@ def _beside(
     believed = [found.pool.blocks[i] for i in on(found.pool, found.all, {axis})]
     believed += [slopes] if slopes is not None else []
     beside = [replace(y, columns={axis: y.columns[axis]}) for y in believed]
-    one = given(pool_of({axis: w}, [*beside, *departures], found.pool.segments.cuts), range(len(beside)))
+    one = given(pool_of({axis: w}, [*beside, *departures], found.pool.cuts), range(len(beside)))
     return one, len(beside)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.diagnose.channels.orthogonal import clear, orthonormal
+from planner.diagnose.channels.orthogonal import _all_seen, clear, orthonormal
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
@@ -26,3 +26,12 @@ def test_where_the_quick_decomposition_fails_the_slow_one_gives_the_same_span(
     assert slow.shape == quick.shape == (80, 9)
     np.testing.assert_allclose(slow.T @ slow, np.eye(9), atol=1e-12)
     np.testing.assert_allclose(clear(slow, A), 0.0, atol=1e-10)
+
+
+@pytest.mark.parametrize("least", [1e-3, 1e-6, 1e-8, 1e-10, 0.0])
+@pytest.mark.parametrize("seen", [1e-9, 1e-5])
+def test_whether_all_is_seen_is_told_by_the_singular_values(least: float, seen: float) -> None:
+    rng = np.random.default_rng(4)
+    U, V = (np.linalg.qr(rng.normal(size=(9, 9)))[0] for _ in range(2))
+    r = np.linalg.qr((U * np.array([*np.linspace(1.0, 0.5, 8), least])) @ V)[1]
+    assert _all_seen(r, seen) is (least > seen)

@@ -11,8 +11,9 @@ import yaml
 
 from planner.diagnose.channels.channel import channel
 from planner.diagnose.dwells_to_diagnosis import diagnose
+from planner.diagnose.noise.channel_noise import plain_readings
 from planner.diagnose.noise.far_rows import drawn, far_rows, scale_scatter
-from planner.diagnose.noise.outliers import _left, _within, _without, largest_first
+from planner.diagnose.noise.outliers import SINGULAR, _inverse, _left, _within, _without, largest_first
 from planner.nouns.conditions import Conditions
 from planner.solvers.least_squares import factors
 from planner.spec.load import load_spec
@@ -53,7 +54,7 @@ def left_out(seed: int, spike: float, run_to_run: str | None) -> list[int]:
     c = channel("accelerometer", 0, conditions, y, ("bias", "scale_factor"))
     scatter = scale_scatter(None if run_to_run is None else unit(run_to_run), c)
     cells = np.unique(loads, return_inverse=True)[1]
-    far = far_rows(c, np.empty((n, 0)), starts, zero + 60.0, cells, scatter)
+    far = far_rows(plain_readings(c, starts, zero + 60.0, zero + 1.0), np.empty((n, 0)), cells, scatter)
     return np.flatnonzero(far.rows).tolist()
 
 
@@ -86,7 +87,9 @@ def sensitive(seed: int, spike: float) -> list[int]:
     has = sensor_spec_from_bytes(yaml.safe_dump(spec).encode(), Path("one.yaml")).spec.unit
     cells = np.unique(force, axis=0, return_inverse=True)[1].ravel()
     scatter = scale_scatter(has, c)
-    far = far_rows(c, np.empty((n, 0)), starts, zero + 60.0, cells, scatter, drawn(has, c))
+    far = far_rows(
+        plain_readings(c, starts, zero + 60.0, zero + 1.0), np.empty((n, 0)), cells, scatter, drawn(has, c)
+    )
     return np.flatnonzero(far.rows).tolist()
 
 
@@ -117,7 +120,7 @@ def alone(seed: int, spike: float) -> list[int]:
     conditions = Conditions(0.0 * force, force, zero + 20.0, zero, zero + 60.0, zero)
     c = channel("accelerometer", 0, conditions, y, ("bias", "scale_factor"))
     cells = np.unique(force[:, 0], return_inverse=True)[1]
-    far = far_rows(c, np.empty((3035, 0)), starts, zero + 60.0, cells, zero)
+    far = far_rows(plain_readings(c, starts, zero + 60.0, zero + 1.0), np.empty((3035, 0)), cells, zero)
     return np.flatnonzero(far.rows).tolist()
 
 
@@ -185,3 +188,12 @@ def test_a_power_on_of_which_no_row_is_left_is_fitted_anew() -> None:
     starts = np.arange(0, 60, 6)
     X, r = np.random.default_rng(1).normal(size=(2, 60, 4))[0], np.ones(60)
     assert _without(np.linalg.qr(X)[0], r, starts, np.arange(60) < 6) is None
+
+
+@pytest.mark.parametrize("least", [0.5, 1e-3, 1e-5, 1e-8, 0.0])
+def test_what_of_the_rows_left_out_the_others_tell_is_inverted_and_no_more(least: float) -> None:
+    V = np.linalg.qr(np.random.default_rng(6).normal(size=(7, 7)))[0]
+    value = np.array([*np.linspace(1.0, 0.3, 6), least])
+    told = value > SINGULAR
+    wanted = (V[:, told] / value[told]) @ V[:, told].T
+    np.testing.assert_allclose(_inverse((V * value) @ V.T), wanted, rtol=1e-9, atol=1e-9 * wanted.max())

@@ -30,7 +30,7 @@ def _ramps(seed: int, size: float) -> SensorFound:
 
 def _alone(found: Found, name: str, axis: int) -> float:
     """The smallest family-wise p of an effect on a channel where nothing is believed."""
-    signs = np.random.default_rng([1, 17]).choice([-1.0, 1.0], size=(999, len(found.pool.segments.cuts)))
+    signs = np.random.default_rng([1, 17]).choice([-1.0, 1.0], size=(999, len(found.pool.cuts)))
     blocks = range(len(found.pool.blocks))
     nulls = nulls_of(found.pool, blocks, Flips(signs, True))
     mine = [b for b in blocks if found.pool.blocks[b].key == (name, (axis,))]

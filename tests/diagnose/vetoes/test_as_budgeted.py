@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from planner.diagnose.dwells_to_diagnosis import diagnose
+from planner.diagnose.vetoes.as_budgeted import SHARES, _gain, _whitened_again
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
 from tests.specs import shipped
@@ -84,3 +85,18 @@ def test_leans_that_three_power_ons_draw_are_no_curve_over_temperature(seed: int
 def test_what_no_lean_follows_is_still_named(seed: int) -> None:
     found = diagnose(few_on_the_arm(seed, bends=4e-6), SPEC)  # 10 mg at 50 g
     assert {c for e in found.effects for c in e.channels} == {"accelerometer_z"}
+
+
+@pytest.mark.parametrize("draws", [3, 40, 90])
+def test_draws_whiten_and_weigh_as_their_covariance_says(draws: int) -> None:
+    """V = I + DDᵀ inverted as it stands, more columns than rows or fewer, two of them alike."""
+    rng = np.random.default_rng([draws, 7])
+    D, X = rng.normal(size=(60, draws)) * 10.0 ** rng.uniform(-2.0, 1.0, draws), rng.normal(size=(60, 4))
+    D[:, 1] = D[:, 0]
+    value, vector = np.linalg.eigh(np.eye(60) + D @ D.T)
+    root = (vector / np.sqrt(value)) @ vector.T
+    np.testing.assert_allclose(_whitened_again(D, X), root @ X, atol=1e-11)
+    z = 5.0 * X[:, 0]
+    covariances = [np.eye(60) + f**2 * D @ D.T for f in SHARES]
+    wanted = [z @ z - z @ np.linalg.solve(V, z) - np.linalg.slogdet(V)[1] for V in covariances]
+    assert _gain(D, z) == pytest.approx(max(wanted), rel=1e-10)
