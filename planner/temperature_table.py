@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.nouns.array import Array
 
@@ -71,6 +72,19 @@ def nodes_with_rows(nodes: Array, temperature_degc: Array) -> Array:
     return np.asarray(nodes[np.bincount(nearest, minlength=len(nodes)) > 0])  # np.unique imports numpy.ma too
 
 
+def strays_only(nodes: Array, nearest: NDArray[np.int64], apart: Array) -> NDArray[np.bool_]:
+    """(N,) nodes whose rows (n,) are all strays about one soaked point: what a ramp passes has more.
+
+    A cluster 2 GAP_K wide is one node (`temperature_nodes`), and its middle may lie at one of its ends; it
+    is one point where the next node is four times as far.
+    """
+    farthest = np.zeros(len(nodes))
+    np.maximum.at(farthest, nearest, np.abs(apart))
+    between = np.abs(nodes[:, None] - nodes) + np.diag(np.full(len(nodes), np.inf))
+    nearer = between.min(axis=1)
+    return np.asarray(farthest <= np.clip(nearer / 4.0, GAP_K, 2.0 * GAP_K))
+
+
 def fitting_hats(temperature_degc: Array, nodes: Array, reach: float) -> Array:
     """(n, N) weights for the fit: the table's, with the mean of both chords' slopes about a soaked node.
 
@@ -81,9 +95,8 @@ def fitting_hats(temperature_degc: Array, nodes: Array, reach: float) -> Array:
     if len(nodes) < 3:
         return weights
     nearest = np.argmin(np.abs(temperature_degc[:, None] - nodes[None, :]), axis=1)
-    apart, farthest = temperature_degc - nodes[nearest], np.zeros(len(nodes))
-    np.maximum.at(farthest, nearest, np.abs(apart))
-    soaked = farthest <= GAP_K
+    apart = temperature_degc - nodes[nearest]
+    soaked = strays_only(nodes, nearest, apart)
     soaked[[0, -1]] = False
     rows = np.flatnonzero(soaked[nearest])
     k, apart, half = nearest[rows], apart[rows], 0.5 / np.diff(nodes)
