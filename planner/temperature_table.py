@@ -11,6 +11,7 @@ REACH_K = 5.0  # kelvins beyond its end nodes over which a table goes on
 GAP_K = 3.0  # chamber points lie further apart; a soaked chamber strays by 2 K at most (K 2.6)
 SWEEP_K = 10.0  # spacing of nodes where the temperature was swept instead of soaked
 LEAST_ROWS = 2
+ALONE_K = 1.0  # between one row and the next, as records on a ramp have, and those of a room have not
 
 
 def steps_within(low: float, high: float, step: float) -> Array:
@@ -76,13 +77,16 @@ def strays_only(nodes: Array, nearest: NDArray[np.int64], apart: Array) -> NDArr
     """(N,) nodes whose rows (n,) are all strays about one soaked point: what a ramp passes has more.
 
     A cluster 2 GAP_K wide is one node (`temperature_nodes`), and its middle may lie at one of its ends; it
-    is one point where the next node is four times as far.
+    is one point where the next node is four times as far, and no row of a ramp stands apart from the others.
     """
     farthest = np.zeros(len(nodes))
     np.maximum.at(farthest, nearest, np.abs(apart))
     between = np.abs(nodes[:, None] - nodes) + np.diag(np.full(len(nodes), np.inf))
-    nearer = between.min(axis=1)
-    return np.asarray(farthest <= np.clip(nearer / 4.0, GAP_K, 2.0 * GAP_K))
+    within = np.minimum(between.min(axis=1) / 4.0, 2.0 * GAP_K)
+    soaked = farthest <= GAP_K
+    for k in np.flatnonzero(~soaked & (farthest <= within)):
+        soaked[k] = np.diff(np.sort(apart[nearest == k])).max() <= ALONE_K
+    return np.asarray(soaked)
 
 
 def fitting_hats(temperature_degc: Array, nodes: Array, reach: float) -> Array:

@@ -30,6 +30,11 @@ def test_a_room_between_two_chamber_points_is_one_point_and_a_sweep_is_none() ->
     assert not _alone(np.linspace(-40.0, 60.0, 400)).any()
     close = np.concatenate([np.full(12, 12.0), room, np.full(12, 32.0)])  # a quarter of the way to the next
     assert list(_alone(close)) == [True, False, True]
+    assert _alone(np.concatenate([soaked, np.full(80, 22.5), [27.7]])).tolist() == [
+        True,
+        False,
+        True,
+    ]  # a ramp
 
 
 def test_weights_of_what_strays_have_no_kink_at_their_node() -> None:
