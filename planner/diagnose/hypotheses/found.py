@@ -259,7 +259,9 @@ def best_of(pool: Pool, scores: Mapping[int, float]) -> int:
 
     tied = [b for b in scores if scores[b] >= most]
     best = _said_by_the_library(pool, scores, min(tied, key=rank))
-    one_law = [best, *(b for b in tied if b != best and _one_law(pool, b, best))]
+    named = {pool.blocks[b].key: b for b in sorted(tied, key=rank, reverse=True) if b != best}
+    own = pool.blocks[best].key
+    one_law = [best, *(b for key, b in named.items() if key != own and _one_law(pool, b, best))]
     if len(one_law) == 1:
         return best
     return min(one_law, key=lambda b: (_unusual(pool, b), power(pool, b), rank(b)))
