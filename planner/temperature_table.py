@@ -11,6 +11,7 @@ REACH_K = 5.0  # kelvins beyond its end nodes over which a table goes on
 GAP_K = 3.0  # chamber points lie further apart; a soaked chamber strays by 2 K at most (K 2.6)
 SWEEP_K = 10.0  # spacing of nodes where the temperature was swept instead of soaked
 LEAST_ROWS = 2
+ALONE_K = 1.0  # between one row and the next, as records on a ramp have, and those of a room have not
 
 
 def steps_within(low: float, high: float, step: float) -> Array:
@@ -73,14 +74,29 @@ def nodes_with_rows(nodes: Array, temperature_degc: Array) -> Array:
 
 
 def from_soaked(temperature_degc: Array, nodes: Array) -> tuple[NDArray[np.intp], Array]:
-    """(n,) the nearest node of every row, and (n,) kelvins from it where all of its rows were soaked there.
+    """(n,) the nearest node of every row, and (n,) kelvins from it where its rows are all strays about it.
 
-    0 where some row is further away than a soaked chamber strays: the temperature was swept.
+    0 elsewhere: the temperature was swept.
     """
     nearest = np.argmin(np.abs(temperature_degc[:, None] - nodes[None, :]), axis=1)
-    apart, farthest = temperature_degc - nodes[nearest], np.zeros(len(nodes))
+    apart = temperature_degc - nodes[nearest]
+    return nearest, np.where(strays_only(nodes, nearest, apart)[nearest], apart, 0.0)
+
+
+def strays_only(nodes: Array, nearest: NDArray[np.int64], apart: Array) -> NDArray[np.bool_]:
+    """(N,) nodes whose rows (n,) are all strays about one soaked point: what a ramp passes has more.
+
+    A cluster 2 GAP_K wide is one node (`temperature_nodes`), and its middle may lie at one of its ends; it
+    is one point where the next node is four times as far, and no row of a ramp stands apart from the others.
+    """
+    farthest = np.zeros(len(nodes))
     np.maximum.at(farthest, nearest, np.abs(apart))
-    return nearest, np.where(farthest[nearest] <= GAP_K, apart, 0.0)
+    between = np.abs(nodes[:, None] - nodes) + np.diag(np.full(len(nodes), np.inf))
+    within = np.minimum(between.min(axis=1) / 4.0, 2.0 * GAP_K)
+    soaked = farthest <= GAP_K
+    for k in np.flatnonzero(~soaked & (farthest <= within)):
+        soaked[k] = np.diff(np.sort(apart[nearest == k])).max() <= ALONE_K
+    return np.asarray(soaked)
 
 
 def fitting_hats(temperature_degc: Array, nodes: Array, reach: float) -> Array:

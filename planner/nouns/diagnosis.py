@@ -174,6 +174,7 @@ class ResidualChange:
     how: how it was held out, in words; held_out: False when nothing could be; split: what was held out
     foreseen: sigma that what was found is to move these rows by within runs; inf: not known
     falls: of the sum of squares within runs, each row in units of its own noise; NaN: not known
+    weighed_*: in units of the noise model, what records of a run have in common among it: 1 is noise alone
     """
 
     channel: str
@@ -200,6 +201,21 @@ class ResidualChange:
     split: Split = "runs"
     foreseen: float = float("inf")
     falls: float = float("nan")
+    weighed_before: float = float("nan")
+    weighed_after: float = float("nan")
+
+    @property
+    def weighed_falls(self) -> bool:
+        """Whether these rows are foreseen better, each by as much as its noise lets it tell.
+
+        Both within runs and with the levels that runs draw, as the noise model has them.
+        """
+        return self.falls > 0.0 and self.weighed_after < self.weighed_before
+
+    @property
+    def rises_by_the_loudest(self) -> bool:
+        """Whether the plain figure does not fall though, weighed by the noise of each record, it does."""
+        return self.weighed_falls and self.after >= self.before
 
 
 @dataclass(frozen=True)

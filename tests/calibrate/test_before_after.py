@@ -10,13 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.diagnose.channels.unseen_runs import cells_of, folds_of
-from planner.diagnose.diagnosis_to_residual import (
-    _mean_square,
-    _within,
-    noise_floor,
-    residual_changes,
-    unit_fits,
-)
+from planner.diagnose.diagnosis_to_residual import residual_changes, unit_fits
+from planner.diagnose.mean_squares import mean_square, noise_floor, within
 from planner.dwells.table_rows import by_run, rows_of
 from planner.nouns.diagnosis import UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable
@@ -80,8 +75,8 @@ def test_the_level_of_a_power_on_is_no_noise_within_it_however_unequally_long_it
     noise = sigma * rng.normal(size=2000)
     level = 100.0 * rng.normal(size=200)[group]
     # 1 800 degrees of freedom know σ to 1.7 %
-    assert _within(noise, group, sigma) == pytest.approx(1.0, abs=0.06)
-    assert _within(noise + level, group, sigma) == pytest.approx(_within(noise, group, sigma), rel=1e-9)
+    assert within(noise, group, sigma) == pytest.approx(1.0, abs=0.06)
+    assert within(noise + level, group, sigma) == pytest.approx(within(noise, group, sigma), rel=1e-9)
 
 
 @pytest.mark.parametrize("seed", [13])
@@ -105,7 +100,7 @@ def test_the_interval_of_a_root_mean_square_covers_as_often_as_it_says():
     truth = np.sqrt(1.0 + 0.5)
     for _ in range(tries):
         residual = rng.normal(size=240) + np.sqrt(0.5) * rng.normal(size=40)[group]
-        _, low, high = _mean_square(residual, group)
+        _, low, high = mean_square(residual, group)
         hit += low <= truth <= high
     # 600 tries know a 95 % frequency to ±1.8 % (two sigma); the linearised variance of 40 groups costs 3 %
     assert 0.90 <= hit / tries <= 0.985

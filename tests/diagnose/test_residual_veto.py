@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import yaml
 
-from planner.diagnose.diagnosis_to_residual import residual_changes, unit_fits
+from planner.diagnose.diagnosis_to_residual import explained, residual_changes, unit_fits
 from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.diagnose.evidence_veto import refused_by_residual
 from planner.nouns.diagnosis import (
@@ -20,9 +22,13 @@ from planner.nouns.diagnosis import (
 )
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Sensor
+from planner.report.subjects.diagnosis_findings import change_sentence
+from tests.diagnose.hall import hidden, read
 from tests.diagnose.labs.shapes import Hidden
 from tests.diagnose.labs.unit import campaign
 from tests.diagnose.noise.test_few_rows import some
+from tests.diagnose.search.test_leans_at_rest_and_loaded import rests_and_loads
+from tests.diagnose.search.test_settled_later import late
 from tests.specs import SHIPPED, loaded, shipped
 
 ROSE = ResidualChange("", "deg/s", 1.0, 0.9, 1.1, 1.1, 1.0, 1.2, 0.5, 0.6, 0.4, 600, 90, True, "five folds")
@@ -129,10 +135,73 @@ def test_squares_over_the_noise_of_each_row_fall_where_a_name_is_right(seed: int
     change = _change(table, said)
     assert change.foreseen > 5.0
     assert change.falls == pytest.approx(change.foreseen**2, abs=6.0 * change.foreseen)
-    loud = replace(change, after=1.0005 * change.before, within_after=1.0005 * change.within_before)
+    assert change.weighed_falls
+    loud = replace(change, after=1.05 * change.before, within_after=1.05 * change.within_before)
     assert not refused_by_residual(said, [loud])[1]
-    worse = replace(change, after=1.05 * change.before, within_after=1.05 * change.within_before)
-    assert refused_by_residual(said, [worse])[1]
+    assert refused_by_residual(said, [replace(loud, falls=-change.falls)])[1]
+    assert refused_by_residual(said, [replace(loud, weighed_after=1.001 * change.weighed_before)])[1]
+
+
+LOUD = 2e-3  # of a turn's rate, one sigma of its record
+
+
+def _with_loud_turns(seed: int) -> tuple[DwellTable, UnitDiagnosis]:
+    """A g-sensitivity of a dozen sigma that rests on six faces tell, beside turns that tell nothing."""
+    hall = late(seed)
+    table = hidden(read(hall, seed), "gyro", 1, 6e-4 * hall.up[:, 1])
+    rng = np.random.default_rng([seed, 5])
+    assert table.gyro is not None
+    gyro, rate = table.gyro.copy(), np.linalg.norm(table.conditions().rate, axis=1)
+    gyro[:, 1] += LOUD * rate * rng.normal(size=len(rate))
+    said = UnitDiagnosis("u", "explained", (_g_sensitivity(),), (), (), (), (), ())
+    return replace(table, gyro=gyro), said
+
+
+@pytest.mark.parametrize("seed", [98051, 98052, 98053])
+def test_loud_turns_say_nothing_of_what_quiet_rests_tell(seed: int) -> None:
+    """Their noise is the plain figure, which falls or rises by chance; the weighed one falls all the same."""
+    table, said = _with_loud_turns(seed)
+    change = _change(table, said)
+    assert change.after == pytest.approx(change.before, rel=1e-3)
+    assert change.weighed_falls
+    assert not refused_by_residual(said, [change])[1]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.further("seed", [3, 4, 5, 6])
+def test_unseen_rows_are_weighed_with_the_leans_that_power_ons_draw(seed: int) -> None:
+    """Beside white noise alone less than half came of what a square of the load foresees."""
+    term = FoundTerm("z", "accelerometer_z", 1.0, 0.5, 1.5, 30.0, "g/g**2")
+    name, sensor, channels = "vibration_rectification", "accelerometer", ("accelerometer_z",)
+    effect = FoundEffect(name, sensor, channels, (term,), 1e-30, 12.0)
+    said = UnitDiagnosis("u", "explained", (effect,), (), (), (), (), ())
+    table = rests_and_loads(seed, 4e-6, loaded=24)
+    fits = unit_fits(table, shipped("small_uav").spec, said)
+    change = next(r for r in residual_changes(fits) if r.channel == "accelerometer_z")
+    assert change.falls > 0.7 * change.foreseen**2
+    assert change.weighed_after == pytest.approx(1.0, abs=0.05)
+
+
+def test_words_and_file_show_the_figure_by_which_a_name_was_judged() -> None:
+    """A plain figure that rises beside a name is never alone: page, console and file say what it is."""
+    r = replace(
+        ROSE,
+        channel="gyro_z",
+        foreseen=9.0,
+        falls=60.0,
+        weighed_before=1.2,
+        weighed_after=0.98,
+        sigma_after=1.0,
+    )
+    assert r.rises_by_the_loudest
+    said_of = UnitDiagnosis("u", "explained", (found("drift", 9.0),), (), (), (), (), ())
+    (said,) = re.findall(r"gyro_z [^;]*", change_sentence(said_of, [r]))
+    assert said.index("1.2") < said.index("0.98") < said.index("unweighed")
+    assert "by the loudest records" in said
+    assert explained(r).how.endswith("1.2 to 0.98 sigma, of which 1 is noise alone")
+    fell = replace(r, after=0.9)
+    assert explained(fell).how == fell.how
+    assert "unweighed" not in change_sentence(said_of, [fell])
 
 
 def test_they_rise_where_a_name_follows_noise() -> None:

@@ -26,7 +26,7 @@ from planner.nouns.conditions import Conditions
 from planner.nouns.sensor import channel_name
 from planner.protocols import Sensor
 from planner.solvers.least_squares import least_squares
-from planner.temperature_table import GAP_K, REACH_K, nodes_with_rows, temperature_nodes
+from planner.temperature_table import GAP_K, REACH_K, nodes_with_rows, strays_only, temperature_nodes
 
 SOAKED_K = 1.0  # a soaked chamber holds its temperature to that, and a sweep passes it in a fifth of its rows
 SOAKED = 0.5  # share of a node's rows within SOAKED_K of it, from which the chamber soaks there
@@ -233,7 +233,7 @@ def _strays(t: Array, nodes: Array, nearest: NDArray[np.int64]) -> NDArray[np.bo
 
     Between soaked points a slope of its own at each of them would take up what a ramp does.
     """
-    near = np.abs(t - nodes[nearest]) <= GAP_K
+    near = (np.abs(t - nodes[nearest]) <= GAP_K) | strays_only(nodes, nearest, t - nodes[nearest])[nearest]
     soaked = np.abs(t - nodes[nearest]) <= SOAKED_K
     count = np.maximum(np.bincount(nearest, minlength=len(nodes)), 1)
     share = np.bincount(nearest, soaked, len(nodes)) / count

@@ -43,6 +43,21 @@ def _parity(pool: Pool, b: int) -> float:
     return 0.0
 
 
+def power(pool: Pool, b: int) -> float:
+    """The power of the inputs by which a library's block grows, 2 of |f| ω and of f²; 0 without inputs."""
+    block = pool.blocks[b]
+    axis = min(block.columns)
+    c, effect = pool.state[axis].channel, catalog.effects()[block.name]
+    here = c.model.conditions
+    twice = replace(here, rate=2.0 * here.rate, specific_force=2.0 * here.specific_force)
+    if isinstance(twice, Swinging):
+        twice = replace(twice, swing=2.0 * twice.swing)
+    once, grown = (
+        float(np.linalg.norm(effect.regressors(c.sensor, k, block.nonlinear)[:, axis])) for k in (here, twice)
+    )
+    return round(float(np.log2(grown / once)), 3) if once > 0.0 else 0.0
+
+
 def _mirrored(conditions: Conditions, gyro: bool) -> Conditions:
     if gyro:
         return replace(conditions, rate=-conditions.rate)

@@ -45,6 +45,7 @@ CHANCE = 1e-5  # of what would be wrong with all gyros at once: as `other_from_r
 LEAST_FREEDOM = 4  # power-ons beside the curves over temperature
 LEAST_ROWS = 5  # of a power-on with input: level, own input and two leans take four
 STRONG = 0.3  # of the largest input, that a power-on's must reach, or its scale factor is not told
+OF_ITS_OWN = 0.2  # of an input about its mean, that leans and a level must leave: 25 times the variance
 BEYOND = 2.0  # of the spec's run-to-run, that channels may well have in common
 ONE_STEP = 0.9  # of the squares, from which a step says them
 
@@ -208,10 +209,22 @@ def _scale_factors(which: Shared, c: Channel, starts: NDArray[np.int64]) -> Arra
         own = [c.axis, *(a for a in range(3) if a != c.axis)]
         X = np.column_stack([u[mine][:, own] * c.lean[mine][:, None], np.ones(len(mine))])
         size = np.maximum(np.linalg.norm(X, axis=0), 1e-300)
-        beta, _, rank, _ = np.linalg.lstsq(X / size, c.r[mine], rcond=1e-6)
-        if np.ptp(c.u[mine]) > 0.0 and rank >= 2:
+        if _is_told(X[:, 0], X[:, 1:] / size[1:]):
+            beta, *_ = np.linalg.lstsq(X / size, c.r[mine], rcond=1e-6)
             out[k] = beta[0] / size[0]
     return out
+
+
+def _is_told(own: Array, beside: Array) -> bool:
+    """Whether the own input (m,) of a power-on tells its scale factor beside leans and its level (m, 3).
+
+    A unit that stands on each axis in turn, one way up, has 1 g as the sum of its inputs: but for a few mg of
+    what turning adds the level is that sum, and three levels of as many channels that came out with one sign
+    were a gravity that differs from power-on to power-on, at 1 in 5 million.
+    """
+    about = float(np.linalg.norm(own - own.mean()))
+    left = clear(orthonormal(beside), own[:, None])
+    return about > 0.0 and float(np.linalg.norm(left)) > OF_ITS_OWN * about
 
 
 def _curves(c: Channel, starts: NDArray[np.int64]) -> Array:

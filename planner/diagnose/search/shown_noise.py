@@ -51,9 +51,7 @@ def as_shown(
 
     A table over the time follows what wanders, and a process what a table says: the likelier of both stands.
     """
-    first = weighed(plain)
-    if first is not None and _may_lean(plain, first, budgets):  # whatever hides: it makes the noise larger
-        plain = plain.with_noise(drawn=(LEANS,))
+    plain = with_leans(plain, budgets)  # whatever hides: it makes the noise larger
     whole, how = with_what_hides(plain, hidden)
     if not plain.drawn and how is not None and (_may_lean(whole, how, budgets) or _leans(whole, how)):
         plain = plain.with_noise(drawn=(LEANS,))
@@ -70,6 +68,13 @@ def as_shown(
     moves = plain.with_noise(drifts=drifts)
     beside, then = with_what_hides(moves, hidden)
     return (moves, beside) if then is not None and then.criterion >= least else (plain, whole)
+
+
+def with_leans(plain: Readings, budgets: Mapping[str, ErrorBudget]) -> Readings:
+    """The readings with misalignments that every power-on draws, where the budget lets them be seen."""
+    first = weighed(plain) if LEANS in budgets else None
+    leans = first is not None and _may_lean(plain, first, budgets)
+    return plain.with_noise(drawn=(LEANS,)) if leans else plain
 
 
 def alike(triad: Sequence[Readings]) -> list[Readings]:

@@ -52,6 +52,10 @@ def change_picture(diagnosis: Diagnosis) -> Picture | None:
         for r in diagnosis.residual
     )
     caption = "Root mean square on rows held out, with 95 % intervals over power-ons; dashed: replicates."
+    loud = [r for r in diagnosis.residual if r.rises_by_the_loudest]
+    if loud:
+        weighed = (f"{short(r.channel)} {r.weighed_before:.3g} to {r.weighed_after:.3g} σ" for r in loud)
+        caption += f" Each record weighed by its noise, where 1 is noise alone: {'; '.join(weighed)}."
     return Picture("change", f"Residual before and after: {text}", caption, lambda: _draw_change(diagnosis))
 
 

@@ -205,9 +205,18 @@ def change_sentence(found: UnitDiagnosis, residual: Sequence[ResidualChange]) ->
     ]
     touched = {short(c) for channels in on for c in channels}
     mine = [r for r in residual if short(r.channel) in touched and r.held_out]
-    parts = [
-        f"{short(r.channel)} {digits(in_unit(r.before, r.unit), 3)} → {digits(in_unit(r.after, r.unit), 3)}"
-        f"{SPACE}{r.unit} (noise floor {digits(in_unit(r.noise_floor, r.unit), 3)})"
-        for r in mine[:3]
-    ]
+    parts = [_change_said(r) for r in mine[:3]]
     return f"Residual on unseen runs: {'; '.join(parts)}." if parts else ""
+
+
+def _change_said(r: ResidualChange) -> str:
+    """Channel, before → after and the floor; where only its loudest records rise, what judged a name."""
+    before, after, floor = (digits(in_unit(x, r.unit), 3) for x in (r.before, r.after, r.noise_floor))
+    plain = f"{before} → {after}{SPACE}{r.unit}"
+    if not r.rises_by_the_loudest:
+        return f"{short(r.channel)} {plain} (noise floor {floor})"
+    return (
+        f"{short(r.channel)} {digits(r.weighed_before, 3)} → {digits(r.weighed_after, 3)}{SPACE}σ, each "
+        f"record weighed by its noise, where 1 is noise alone (unweighed {plain}, by the loudest records; "
+        f"noise floor {floor})"
+    )

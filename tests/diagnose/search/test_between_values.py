@@ -26,12 +26,15 @@ from tests.diagnose.worlds import DECLARED, rivals_of
     ],
 )
 def test_a_strong_warm_up_is_no_curve_over_the_time(seed: int, tau: float, size: float) -> None:
-    """At 63 to 250 sigma it had been a drift_curve, or what goes with the time, in five of these seven."""
+    """At 63 to 250 sigma it had been a drift_curve, or what goes with the time, in five of these seven.
+
+    Within a minute it is the settling that it is but for a constant (`effects.settling`).
+    """
     hall = days(seed, 24)
     warming = size * GYRO.white * np.exp(-hall.time_on / tau)
     table = hidden(read(hall, seed), "gyro", seed % 3, warming)
     found = diagnose_sensor(prepared(replace(table, acc=None)), "gyro", DECLARED, 1)
-    assert claims(found) == [("warm_up", (seed % 3,))]
+    assert claims(found) == [("settling" if tau < 50.0 else "warm_up", (seed % 3,))]
     (b,) = found.found.all
     assert found.found.pool.blocks[b].nonlinear["time_constant"] == pytest.approx(tau, rel=0.1)
 

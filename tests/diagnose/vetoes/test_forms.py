@@ -10,6 +10,7 @@ import pytest
 
 from planner.diagnose.dwells_to_diagnosis import diagnose, told_from_zero
 from planner.diagnose.shapes.generic import levels
+from planner.diagnose.vetoes import forms
 from planner.diagnose.vetoes.verdicts import predicted
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import FoundEffect, FoundTerm
@@ -149,3 +150,19 @@ def test_a_name_and_as_much_without_one_along_its_variable_are_one_curve(seed: i
     hall = anywhere(seed)
     table = hidden(replace(read(hall, seed), acc=None), "gyro", 1, 3e-3 * np.clip(hall.up[:, 2], 0.0, 0.5))
     assert told_on_y(table, "gyro", seed) == (set(), {"specific_force"})
+
+
+@pytest.mark.parametrize("seed", [7, 8])
+def test_a_name_gives_way_to_nothing_that_says_less_of_what_it_lacks(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An asymmetry of 20 sigma departed by chance, and three bins that had none of that stood in its place.
+
+    By chance is made here: whatever the name is asked, it departs by 60 of Δ.
+    """
+    hall = anywhere(seed)
+    size = 2e-4 if seed % 2 else -2e-4
+    table = hidden(replace(read(hall, seed), gyro=None), "acc", 1, size * np.abs(hall.up[:, 1]))
+    monkeypatch.setattr(forms, "_departs", lambda *_: 60.0)
+    said, unnamed = told_on_y(table, "accelerometer", seed)
+    assert (said, unnamed) == ({"scale_factor_asymmetry"}, set())
