@@ -29,9 +29,11 @@ def _all_seen(r: Array, seen: float) -> bool:
     1 / |R⁻¹| is no more than its smallest singular value. Where that is too small its singular values alone,
     a quarter of the work.
     """
-    square = r.shape[0] == r.shape[1] and bool(np.diag(r).all())
-    if square and seen * np.linalg.norm(inverse_of_triangle(r.T)) * np.linalg.norm(r) < 1.0:
-        return True
+    if r.shape[0] == r.shape[1] and np.diag(r).all():
+        with np.errstate(over="ignore", invalid="ignore"):  # of columns that are nearly one it is anything
+            most = seen * np.linalg.norm(inverse_of_triangle(r.T)) * np.linalg.norm(r)
+        if most < 1.0:
+            return True
     try:
         s = np.linalg.svd(r, compute_uv=False)
     except np.linalg.LinAlgError:

@@ -35,3 +35,8 @@ def test_whether_all_is_seen_is_told_by_the_singular_values(least: float, seen: 
     U, V = (np.linalg.qr(rng.normal(size=(9, 9)))[0] for _ in range(2))
     r = np.linalg.qr((U * np.array([*np.linspace(1.0, 0.5, 8), least])) @ V)[1]
     assert _all_seen(r, seen) is (least > seen)
+
+
+def test_columns_that_are_nearly_one_overflow_nothing() -> None:
+    """1 / 1e-200 has no square; of high_g.yaml's own plan a diagnosis ended with a warning."""
+    assert not _all_seen(np.diag([1.0, 1e-200]), 1e-9)
