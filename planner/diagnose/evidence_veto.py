@@ -25,6 +25,7 @@ from planner.nouns.diagnosis import (
 MORE_THAN_NOISE = (
     1.5  # times the noise model's sigma within runs: held-out figures of clean channels stay below
 )
+FAR_MORE = 3.0  # sigma by the whole covariance, of rows that were fitted
 NOTICED = 0.01  # of a requirement's limit
 BEYOND_DOUBT = 10.0  # sigma of an effect, from which something is there whatever becomes of its name
 FORESEEN = 2.0  # sigma by which rows held out are to be moved: less says nothing, whichever way they go
@@ -192,9 +193,10 @@ def held_to_the_floor(found: UnitDiagnosis, residual: Sequence[ResidualChange]) 
 def _more_than_noise(r: ResidualChange) -> bool:
     """Whether the residual's interval lies above the floor of replicates, and the noise model agrees.
 
-    On unseen power-ons; or on the rows that were fitted where none can be held out: these leave less.
+    On unseen power-ons; or on the rows that were fitted where none can be held out. Few power-ons do not tell
+    what a scale factor draws anew, and each turns by its own: there it must be far more by all that is drawn.
     """
-    asked = not r.held_out or r.split == "runs"
+    asked = r.weighed_after > FAR_MORE if not r.held_out else r.split == "runs"
     if not (asked and math.isfinite(r.after_low) and math.isfinite(r.noise_floor)):
         return False
     within = math.isfinite(r.sigma_after) and r.sigma_after > MORE_THAN_NOISE

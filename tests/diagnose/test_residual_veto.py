@@ -11,14 +11,16 @@ import yaml
 
 from planner.diagnose.diagnosis_to_residual import explained, residual_changes, unit_fits
 from planner.diagnose.dwells_to_diagnosis import diagnose
-from planner.diagnose.evidence_veto import refused_by_residual
+from planner.diagnose.evidence_veto import held_to_the_floor, refused_by_residual
 from planner.nouns.diagnosis import (
     FoundEffect,
     FoundTerm,
+    NotFound,
     ResidualChange,
     Rival,
     UnitDiagnosis,
     Unknown,
+    Verdict,
 )
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Sensor
@@ -215,3 +217,19 @@ def test_they_rise_where_a_name_follows_noise() -> None:
 def _g_sensitivity() -> FoundEffect:
     term = FoundTerm("yy", "gyro_y", 1.0, 0.5, 1.5, 30.0, "deg/s/g")
     return FoundEffect("g_sensitivity", "gyro", ("gyro_y",), (term,), 1e-30, 12.0)
+
+
+@pytest.mark.parametrize(
+    ("weighed", "verdict"), [(50.0, "unexplained"), (1.5, "clean"), (float("nan"), "clean")]
+)
+def test_fitted_rows_far_above_their_floor_are_not_nothing(weighed: float, verdict: Verdict) -> None:
+    """0.48 deg/s beside a floor of 0.006 was "nothing is missing", because no power-on could be held out.
+
+    By its own scale factor each of few power-ons turns otherwise; that is drawn, and by the covariance no more.
+    """
+    bare = UnitDiagnosis("u", "clean", (), (), (NotFound("drift", "gyro", 1e-4, "deg/s/h"),), (), (), ())
+    left = replace(
+        ROSE, channel="gyro_x", held_out=False, split="none", sigma_after=50.0, noise_floor=0.01,
+        weighed_after=weighed,
+    )  # fmt: skip
+    assert held_to_the_floor(bare, [left]).verdict == verdict
