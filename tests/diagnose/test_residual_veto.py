@@ -225,7 +225,7 @@ def _g_sensitivity() -> FoundEffect:
 def test_fitted_rows_far_above_their_floor_are_not_nothing(weighed: float, verdict: Verdict) -> None:
     """0.48 deg/s beside a floor of 0.006 was "nothing is missing", because no power-on could be held out.
 
-    By its own scale factor each of few power-ons turns otherwise; that is drawn, and by the covariance no more.
+    Each of few power-ons turns by a scale factor of its own: that is drawn, and by the covariance no more.
     """
     bare = UnitDiagnosis("u", "clean", (), (), (NotFound("drift", "gyro", 1e-4, "deg/s/h"),), (), (), ())
     left = replace(
