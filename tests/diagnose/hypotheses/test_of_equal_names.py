@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 
 import pytest
@@ -20,19 +21,25 @@ from tests.specs import shipped
 SPEC = shipped("small_uav").spec
 
 
-@cache
-def _pool(sensor: Sensor, seed: int = 3) -> Pool:
-    """Candidates of a campaign on a table and an arm."""
-    data = prepared(campaign(seed)[0], SPEC.unit)
-    return begin(data, sensor, tuple(SPEC.effects)).pool
+@pytest.fixture(scope="module", name="pool_of")
+def _pool_of() -> Callable[..., Pool]:
+    """Candidates of a campaign on a table and an arm; kept as long as this module's tests."""
+
+    @cache
+    def pool(sensor: Sensor, seed: int = 3) -> Pool:
+        return begin(prepared(campaign(seed)[0], SPEC.unit), sensor, tuple(SPEC.effects)).pool
+
+    return pool
 
 
 def _named(pool: Pool, name: str, axis: int = 1) -> list[int]:
     return [i for i, b in enumerate(pool.blocks) if b.name == name and axis in b.columns and not b.generic]
 
 
-def test_of_two_powers_that_the_records_do_not_tell_apart_the_lower_is_named() -> None:
-    pool = _pool("gyro")
+def test_of_two_powers_that_the_records_do_not_tell_apart_the_lower_is_named(
+    pool_of: Callable[..., Pool],
+) -> None:
+    pool = pool_of("gyro")
     (first,), (square,) = (
         _named(pool, n) for n in ("scale_factor_acceleration", "scale_factor_acceleration_squared")
     )
@@ -54,8 +61,10 @@ def test_of_two_exponentials_the_one_with_its_usual_time_is_named() -> None:
     assert best_of(pool, {settling: 100.0, warming: 100.0 + 2.0 * TIE}) == warming
 
 
-def test_a_lever_arm_is_the_librarys_where_the_table_alone_has_it_no_better() -> None:
-    pool = _pool("accelerometer")
+def test_a_lever_arm_is_the_librarys_where_the_table_alone_has_it_no_better(
+    pool_of: Callable[..., Pool],
+) -> None:
+    pool = pool_of("accelerometer")
     (own,), (table,) = (_named(pool, n) for n in ("lever_arm", "lever_arm_on_the_table"))
     assert best_of(pool, {own: 100.0, table: 100.0 + 0.9 * LESS_READILY}) == own
     assert best_of(pool, {own: 100.0, table: 100.0 + 1.1 * LESS_READILY}) == table
@@ -66,6 +75,6 @@ def test_a_lever_arm_is_the_librarys_where_the_table_alone_has_it_no_better() ->
     [("g_sensitivity", 1), ("g_squared_sensitivity", 2), ("scale_factor_acceleration", 2),
      ("scale_factor_acceleration_squared", 3), ("scale_factor_nonlinearity", 3), ("drift", 0)],
 )  # fmt: skip
-def test_powers_are_those_of_the_equations(name: str, degree: int) -> None:
-    pool = _pool("gyro")
+def test_powers_are_those_of_the_equations(pool_of: Callable[..., Pool], name: str, degree: int) -> None:
+    pool = pool_of("gyro")
     assert power(pool, _named(pool, name)[0]) == pytest.approx(degree, abs=1e-3)
