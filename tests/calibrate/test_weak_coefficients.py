@@ -95,6 +95,7 @@ def test_the_budget_weighs_as_a_record_of_zero() -> None:
     scale = np.sqrt(np.diag(both))
     assert np.abs((drawn.fit.covariance - both) / np.outer(scale, scale)).max() < 1e-5
     linear = np.abs(drawn.theta - both @ known @ fit.theta) / scale
+    assert linear[prior > 0.0].max() < 1e-5
     assert linear.max() < 1e-2  # the others are fitted anew, with their products
 
 
