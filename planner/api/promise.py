@@ -72,7 +72,7 @@ def verify(
     spec: SpecLike,
     plan: PlanLike,
     *,
-    flights: int = 2000,
+    flights: int | None = None,
     seed: int = 1,
     temperature: str = "own",
     curves: str = "binding",

@@ -12,7 +12,13 @@ from planner.commands.output import asked, progress_line, refuse_others, say
 from planner.errors import InputError
 
 Flights = Annotated[
-    int, typer.Option(min=0, max=10_000_000, help="Campaigns with flights; 0: count again only.")
+    int | None,
+    typer.Option(
+        min=0,
+        max=10_000_000,
+        metavar="N",
+        help="Campaigns with flights; 0: count again only; default: 2000, or 10000 where 2000 leave it open.",
+    ),
 ]
 FlightTemperature = Annotated[
     str,
@@ -84,7 +90,7 @@ Vary = Annotated[
 def verify(
     spec: SpecFile,
     plan: PlanFile,
-    flights: Flights = 2000,
+    flights: Flights = None,
     seed: Seed = 1,
     temperature: FlightTemperature = "own",
     curves: FlightCurves = "binding",

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 from planner import __version__, catalog
-from planner.errors import InputError, StoppedEarly
+from planner.errors import InputError
 from planner.nouns.progress import Progress, silent
 from planner.nouns.sensor import ErrorName
 from planner.nouns.trajectory import Trajectory
@@ -19,17 +19,17 @@ from planner.spec.load import LoadedSpec
 from planner.spec.model import Given, Spec
 from planner.spec.places import did_you_mean
 from planner.units import from_si
-from planner.verify.experiment import Experiment, experiment, flown_with
+from planner.verify.experiment import Experiment, experiment
 from planner.verify.families import budgets_of
+from planner.verify.flown import LOOKS, Flown, Pilot, flown_until_told
 from planner.verify.linearity import linearity
-from planner.verify.monte_carlo import MonteCarlo, fly, fly_types
-from planner.verify.outcome import RequirementOutcome, claims_of, outcomes
+from planner.verify.outcome import claims_of
 from planner.verify.prediction import DrawnCurves, Prediction
 from planner.verify.recount import Recount, is_by_information, recount
 from planner.verify.recount_front import check_campaigns
 from planner.verify.recount_promise import as_planned, check_promise
-from planner.verify.rounds import BINDING, CURVES, OWN, TEMPERATURES, Round, Worst, rounds
-from planner.verify.spreads import SPREADS, Typed, Types, TypeTally, judged, types_of
+from planner.verify.rounds import BINDING, CURVES, OWN, TEMPERATURES, Worst, rounds
+from planner.verify.spreads import SPREADS, Types, types_of
 from planner.verify.starts import as_flown
 from planner.verify.through_files import Pipeline, through_files
 from planner.verify.verification import Verification
@@ -39,7 +39,7 @@ from planner.verify.workers import runner
 
 @dataclass(frozen=True)
 class FlightOptions:
-    """How many flights, from which seed, and who flies them.
+    """How many flights (None: as many of LOOKS as it takes), from which seed, and who flies them.
 
     temperature: `own` (each requirement's), `flight` or `range`; curves: a family, `all`, or `binding`, the
     one that the plan says binds; spreads: `stated`, or `drawn` for types of unit where they are estimates
@@ -47,7 +47,7 @@ class FlightOptions:
     through files, too
     """
 
-    flights: int = 2000
+    flights: int | None = None
     seed: int = 1
     temperature: str = OWN
     curves: str = BINDING
@@ -108,7 +108,8 @@ def verify(
         counted = counted.and_also([check_campaigns(document, e, curves)])
     if options.flights == 0:
         return _answer(loaded, document, options, counted)
-    flown = _flown(e, document, options, curves, progress)
+    told = replace(options, flights=LOOKS[0]) if options.flights is None and not counted.ok else options
+    flown = _flown(e, document, told, curves, progress)
     found = _answer(loaded, document, options, counted, flown, trajectory)
     if made_for is not None:
         return replace(found, notes=(*found.notes, _units_of_another(loaded, made_for)))
@@ -123,69 +124,26 @@ def verify(
     return replace(found, files=files)
 
 
-@dataclass(frozen=True)
-class _Flown:
-    """One round of flights. e: as it was flown; types: its units as of each type, if spreads are drawn."""
-
-    e: Experiment
-    found: MonteCarlo
-    requirements: tuple[int, ...]
-    types: TypeTally | None = None
-    foreseen: Mapping[int, float] = field(default_factory=dict)
-
-    def outcomes(self, document: Mapping[str, Any]) -> list[RequirementOutcome]:
-        """Its requirements, judged."""
-        spec, types = self.e.spec, self.types
-        found = [
-            replace(o, foreseen=self.foreseen.get(o.index))
-            for o in outcomes(self.e, self.found.tally, document, spec, self.requirements)
-        ]
-        if types is None:
-            return found
-        return [o.over_types(judged(types, o.index, spec.requirement[o.index], spec)) for o in found]
-
-
 def _flown(
     e: Experiment,
     document: Mapping[str, Any],
     options: FlightOptions,
     curves: DrawnCurves,
     progress: Progress,
-) -> list[_Flown]:
+) -> list[Flown]:
     """Every round, or those that were done when the user stopped it."""
-    run, done = runner(options.workers, options.cluster), list[_Flown]()
-    types, prediction = _types(e, options), None if e.flight is None else Prediction(e, e.flight, curves)
-    for one in rounds(document, e.spec, options.curves, options.temperature, _worst(e, prediction)):
-        flying = flown_with(e, one.starts, one.family)
-        found = fly(flying, options.flights, run, _of(one.family, progress))
-        if found is None:
-            break
-        typed = None
-        if types is not None and not found.stopped:
-            typed = fly_types(Typed(flying, types), options.flights, run, _of(one.family, progress))
-        done.append(_Flown(flying, found, one.requirements, typed, _foreseen(one, e.spec, prediction)))
-        if found.stopped or (types is not None and typed is None):
-            break
-    if not done:
-        raise StoppedEarly("stopped before the first flights had landed: nothing can be said")
-    return done
+    run, prediction = runner(options.workers, options.cluster), None
+    if e.flight is not None:
+        prediction = Prediction(e, e.flight, curves)
+    asked = rounds(document, e.spec, options.curves, options.temperature, _worst(e, prediction))
+    pilot = Pilot(document, _types(e, options), prediction, run, progress)
+    return flown_until_told(e, asked, options.flights, pilot)
 
 
 def _types(e: Experiment, options: FlightOptions) -> Types | None:
     """The types of unit, where spreads are drawn and some are estimates."""
     found = types_of(e.spec, options.seed)
     return None if options.spreads == "stated" or not found.errors or e.flight is None else found
-
-
-def _of(family: str, progress: Progress) -> Progress:
-    """Progress that says of which family it is."""
-    return lambda said: progress(f"{said}, curves {family}")
-
-
-def _foreseen(one: Round, spec: Spec, prediction: Prediction | None) -> dict[int, float]:
-    """Requirement -> figure by the linear model, of those that speak of probability."""
-    wanted = [i for i in one.requirements if spec.requirement[i].rule != "worst_case"]
-    return {i: prediction.drawn(i, one.family, one.starts) for i in wanted} if prediction else {}
 
 
 def _worst(e: Experiment, prediction: Prediction | None) -> Worst:
@@ -234,14 +192,14 @@ def _answer(
     document: Mapping[str, Any],
     options: FlightOptions,
     counted: Recount,
-    flown: Sequence[_Flown] = (),
+    flown: Sequence[Flown] = (),
     trajectory: Trajectory | None = None,
     why: str | None = None,
 ) -> Verification:
     confidence, by_information = loaded.spec.plan.confidence, is_by_information(document)
     first = flown[0] if flown else None
     e, tally = (first.e, first.found.tally) if first else (None, None)
-    stopped = any(f.found.stopped for f in flown)
+    stopped = any(f.stopped for f in flown)
     return Verification(
         version=__version__,
         name=loaded.spec.name,
@@ -253,14 +211,14 @@ def _answer(
         weak=() if e is None else weak_coefficients(e),
         linear=() if e is None or stopped else linearity(e),
         flights=min((f.found.tally.flights for f in flown), default=0),
-        wanted=options.flights,
+        wanted=max((f.found.wanted for f in flown), default=options.flights or 0),
         stopped=stopped,
         seed=options.seed,
         temperature=options.temperature,
         curves=options.curves,
         flown=_words(loaded, e, trajectory),
         confidence=confidence,
-        notes=tuple(_notes(loaded, e) if why is None else [f"not flown: {why}"]),
+        notes=tuple(_notes(loaded, e, options, flown) if why is None else [f"not flown: {why}"]),
     )
 
 
@@ -302,7 +260,9 @@ def _spreads(spec: Spec) -> str:
     return f"run-to-run spreads that are estimates: {named}; the others are taken as known"
 
 
-def _notes(loaded: LoadedSpec, e: Experiment | None) -> list[str]:
+def _notes(
+    loaded: LoadedSpec, e: Experiment | None, options: FlightOptions, flown: Sequence[Flown]
+) -> list[str]:
     if e is None:
         return []
     noise = e.chance.white
@@ -311,6 +271,8 @@ def _notes(loaded: LoadedSpec, e: Experiment | None) -> list[str]:
         f"{from_si(noise['accelerometer'], 'mg'):.3g} mg/√Hz, {_whose(loaded)}; {_in_flight(e)}"
     ]
     notes.append(_spreads(loaded.spec))
+    if options.flights is None and flown and flown[0].found.wanted > LOOKS[0]:
+        notes.append(f"{LOOKS[0]} flights left it open: flown on to {flown[0].found.wanted}")
     if isinstance(loaded.spec.sensitivities, Given):
         notes.append(
             "sensitivities are given: nothing is flown; each error adds its published metres, all axes as one"

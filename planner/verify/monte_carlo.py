@@ -21,16 +21,19 @@ class MonteCarlo:
     stopped: bool
 
 
-def chunks_of(flights: int) -> list[tuple[int, int]]:
-    """(number, size): all of CHUNK but the last, whatever the number of workers."""
-    return [(i, min(CHUNK, flights - start)) for i, start in enumerate(range(0, flights, CHUNK))]
+def chunks_of(flights: int, flown: int = 0) -> list[tuple[int, int]]:
+    """(number, size): all of CHUNK but the last, whoever works; without those that have flown before."""
+    chunks = [(i, min(CHUNK, flights - start)) for i, start in enumerate(range(0, flights, CHUNK))]
+    return chunks[flown // CHUNK :]
 
 
-def fly_types(typed: Typed, flights: int, run: Run, progress: Progress) -> TypeTally | None:
-    """The same units as of every type; None when the user stopped it."""
-    done: list[TypeTally] = []
+def fly_types(
+    typed: Typed, flights: int, run: Run, progress: Progress, before: TypeTally | None = None
+) -> TypeTally | None:
+    """The same units as of every type, beside those flown before; None when the user stopped it."""
+    done = [] if before is None else [before]
     try:
-        for tally in run(run_types, typed, chunks_of(flights)):
+        for tally in run(run_types, typed, chunks_of(flights, sum(t.flights for t in done))):
             done.append(tally)
             progress(f"{sum(t.flights for t in done)} of {flights} units as of every type")
     except KeyboardInterrupt:
@@ -38,12 +41,17 @@ def fly_types(typed: Typed, flights: int, run: Run, progress: Progress) -> TypeT
     return all_types(done)
 
 
-def fly(e: Experiment, flights: int, run: Run, progress: Progress) -> MonteCarlo | None:
-    """All flights, or those that were done when the user stopped it; None when none was."""
-    done: list[Tally] = []
+def fly(
+    e: Experiment, flights: int, run: Run, progress: Progress, before: Tally | None = None
+) -> MonteCarlo | None:
+    """All flights, or those that were done when the user stopped it; None when none was.
+
+    before: those flown already, in whole chunks: the sum is, to the last bit, that of one run.
+    """
+    done = [] if before is None else [before]
     stopped = False
     try:
-        for tally in run(run_chunk, e, chunks_of(flights)):
+        for tally in run(run_chunk, e, chunks_of(flights, sum(t.flights for t in done))):
             done.append(tally)
             flown = sum(t.flights for t in done)
             progress(f"{flown} of {flights} campaigns with flights")
