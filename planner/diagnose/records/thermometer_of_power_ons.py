@@ -138,8 +138,7 @@ def thermometer_of_power_ons(
     sized = fit.sized(_rows_of(sets[k], data), offset)
     if which[k] == "on":  # slopes tell the place only roughly, of curves that had the offset in them
         places = [i for i, one in enumerate(which) if one == "on"]
-        moved = {i: fit.moved(_rows_of(sets[i], data)).grams(np.array([sized.value])) for i in places}
-        k = min((float(fit.criterion(grams)[0][0]), i) for i, grams in moved.items())[1]
+        k = places[int(np.argmin(fit.criterion(fit.moved_by(sized.value, data.starts, sets[places]))[0]))]
         sized = fit.sized(_rows_of(sets[k], data), sized.value)
     few = np.count_nonzero(sized.falls > CHI2_999) < SEVERAL
     if few or not sized.half < abs(sized.value) < MOST_K or sized.left.max() > LEFT:
@@ -222,22 +221,34 @@ class _Fit:
     channels: Sequence[Seen]
     most: int
 
-    def _columns(self, c: Seen) -> Array:
-        """(n, m) whitened A of a channel: curves of the largest degree as read, and all else."""
+    @cached_property
+    def columns(self) -> list[Array]:
+        """(n, m) whitened A of every channel: curves of the largest degree as read, and all else."""
         t = self.table.temperature_degc
-        return np.column_stack([c.curved(curves(t, t, self.most)), c.fixed])
+        basis = curves(t, t, self.most)
+        return [np.column_stack([c.curved(basis), c.fixed]) for c in self.channels]
 
     @cached_property
     def as_read(self) -> list[Array]:
         """(m, m) AᵀA of every channel."""
-        return [A.T @ A for A in map(self._columns, self.channels)]
+        return [A.T @ A for A in self.columns]
 
     def moved(self, here: Array) -> _Moved:
         """The same where the rows of some power-ons, here (n,) 1, may have another temperature."""
         rows = here > 0.0
-        parts = [A.T @ A for A in (self._columns(c)[rows] for c in self.channels)]
+        parts = [A.T @ A for A in (A[rows] for A in self.columns)]
         t = self.table.temperature_degc
         return _Moved(t, self.most, [G - part for G, part in zip(self.as_read, parts, strict=True)], parts)
+
+    def moved_by(self, offset: float, starts: NDArray[np.int64], sets: NDArray[np.bool_]) -> list[Array]:
+        """(w, m, m) AᵀA of every channel where each of the sets of power-ons (w, g) has one offset."""
+        t, each = self.table.temperature_degc, list[Array]()
+        for A, G in zip(self.columns, self.as_read, strict=True):
+            of_power_ons = np.array([part.T @ part for part in np.split(A, starts[1:])])
+            here = np.tensordot(sets.astype(float), of_power_ons, axes=1)
+            M = shifted(t, np.array([offset]), self.most, len(G))[0]
+            each.append(G - here + M.T @ here @ M)
+        return each
 
     def criterion(self, grams: Sequence[Array]) -> tuple[Array, NDArray[np.int64]]:
         """(…,) the least C of all degrees, and the degree, of products (…, m, m) of every channel."""
