@@ -131,7 +131,7 @@ def test_a_worker_killed_in_the_middle_of_verify_changes_nothing(run, pools, mon
     """All workers at once, from the command's own progress, after the first chunk."""
     from joblib.externals.loky import reusable_executor
 
-    import planner.pipelines.promise as pipeline
+    from planner.verify import flown as rounds
 
     (tmp_path / "spec.yaml").write_bytes(yaml.safe_dump(flown(), sort_keys=False).encode())
     (tmp_path / "plan.json").write_text(json.dumps(plan_of("flown").document))
@@ -142,16 +142,16 @@ def test_a_worker_killed_in_the_middle_of_verify_changes_nothing(run, pools, mon
     assert len(pools) == 1
     killed = []
 
-    def disturbed(e, flights, who, progress):
+    def disturbed(e, flights, who, progress, before=None):
         def kills_once(message):
             if not killed:
                 killed.extend(reusable_executor._executor._processes)
                 for pid in killed:
                     os.kill(pid, signal.SIGKILL)
 
-        return fly(e, flights, who, kills_once)
+        return fly(e, flights, who, kills_once, before)
 
-    monkeypatch.setattr(pipeline, "fly", disturbed)
+    monkeypatch.setattr(rounds, "fly", disturbed)
     found = run(*arguments, "disturbed")
     assert killed
     assert len(pools) == 3
