@@ -20,6 +20,7 @@ class GSensitivity(BaseEffect):
     apart = True
     needs = frozenset[Condition](("specific_force",))
     variable: Condition | None = "specific_force"
+    linear_in_force = True
     title = "g-sensitivity"
     equation = "y_i += k_ix f_x + k_iy f_y + k_iz f_z"
     source = "K 2.2.6, eq. 21"

@@ -28,6 +28,7 @@ class Misalignment(BaseEffect):
     apart = True
     needs = frozenset[Condition](("rate", "specific_force"))
     variable: Condition | None = "rate"
+    linear_in_force = True
     title = "misalignment"
     equation = "y_i += m_ij u_j, i ≠ j"
     source = "K 2.2.4"

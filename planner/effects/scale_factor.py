@@ -18,6 +18,7 @@ class ScaleFactor(ChannelEffect):
     group: Group = "scale_factor"
     needs = frozenset[Condition](("rate", "specific_force"))
     variable: Condition | None = "rate"
+    linear_in_force = True
     title = "scale factor"
     equation = "y_i += κ_i u_i"
     source = "K 2.1, eq. 5"

@@ -20,6 +20,7 @@ class ScaleFactorTemperature(ChannelEffect):
     group: Group = "scale_factor"
     needs = frozenset[Condition](("rate", "specific_force", "temperature_degc"))
     variable: Condition | None = "temperature_degc"
+    linear_in_force = True
     temperature_of = "scale_factor"
     tabled = True
     title = "scale factor over temperature"

@@ -65,10 +65,11 @@ class Declared:
     def matrix(self, columns: Sequence[Column], conditions: Conditions) -> Array:
         """(n, c, p) output of some columns on the channels, SI per SI unit."""
         parts = [np.empty((len(conditions.day), len(self.channels), 0))]
+        known = {name: catalog.effects()[name] for name in dict.fromkeys(c.effect for c in columns)}
+        driven = {name: effect.regressors(self.sensor, conditions) for name, effect in known.items()}
         for effect, index in dict.fromkeys((c.effect, c.index) for c in columns):
-            known = catalog.effects()[effect]
-            own = known.regressors(self.sensor, conditions)[:, self.channels, index]
-            if getattr(known, "nodal", False) and np.abs(own).max(initial=0.0) < NEAR:
+            own = driven[effect][:, self.channels, index]
+            if getattr(known[effect], "nodal", False) and np.abs(own).max(initial=0.0) < NEAR:
                 own = np.zeros_like(own)  # no record tells it: a soaked chamber's creeping is none
             nodes = np.array([c.node_degc for c in columns if (c.effect, c.index) == (effect, index)])
             if np.isnan(nodes).any():

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from planner import catalog
+from planner.effects._dependence import random_conditions
 from planner.nouns.conditions import Conditions, Swinging, in_records, joined
 from planner.protocols import Sensor
 
@@ -44,6 +47,25 @@ def test_every_effect_of_a_sensor_is_averaged(sensor: Sensor) -> None:
             bent.add(name)
     assert {"vibration_rectification", "cross_coupling", "load_curve"} & bent
     assert not {"bias", "scale_factor", "misalignment", "g_sensitivity"} & bent, "linear in the force"
+
+
+@pytest.mark.parametrize("sensor", ["gyro", "accelerometer"])
+def test_what_says_that_it_is_linear_in_the_force_is(sensor: Sensor) -> None:
+    """h(f + s) + h(f − s) = 2 h(f) to rounding, on rows of all that a bench can be: of nothing else."""
+    rng = np.random.default_rng(7)
+    here = random_conditions(rng, 400)
+    s = rng.uniform(-5.0, 5.0, (400, 3))
+    more, less = (replace(here, specific_force=here.specific_force + sign * s) for sign in (1.0, -1.0))
+    flagged = set()
+    for name, effect in catalog.effects().items():
+        if sensor in effect.sensors and getattr(effect, "linear_in_force", False):
+            flagged.add(name)
+            both = effect.regressors(sensor, more) + effect.regressors(sensor, less)
+            assert both == pytest.approx(2.0 * effect.regressors(sensor, here), rel=1e-12, abs=1e-9), name
+    assert flagged == {
+        "scale_factor", "scale_factor_temperature", "misalignment", "misalignment_temperature",
+        *(("g_sensitivity", "g_sensitivity_temperature") if sensor == "gyro" else ()),
+    }  # fmt: skip
 
 
 def test_the_square_of_gravity_is_the_same_in_every_turn() -> None:
