@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import wraps
+from functools import cache, wraps
+from typing import cast
 
 import numpy as np
 
+from planner.effects._dependence import depends_on
 from planner.nouns.array import Array
-from planner.nouns.conditions import Conditions, over_records
-from planner.protocols import Condition, Group, Parameter, Sensor, Term
+from planner.nouns.conditions import Conditions, Swinging, over_records
+from planner.protocols import Condition, Effect, Group, Parameter, Sensor, Term
 
 AXES = ("x", "y", "z")
 CHANNELS = tuple(Term(axis) for axis in AXES)
@@ -49,11 +51,17 @@ def _of_records(regressors: Regressors) -> Regressors:
         def at(seen: Conditions) -> Array:
             return regressors(self, sensor, seen, nonlinear)
 
-        if "specific_force" not in self.needs or self.linear_in_force or self.bench_only or self.history:
+        if not isinstance(conditions, Swinging) or self.linear_in_force or self.bench_only or self.history:
             return at(conditions)
-        return over_records(at, conditions)
+        return over_records(at, conditions) if _feels_force(self, sensor) else at(conditions)
 
     return averaged
+
+
+@cache
+def _feels_force(effect: BaseEffect, sensor: Sensor) -> bool:
+    """Whether the force is in an effect on this sensor: in a nonlinearity of gyros it is not."""
+    return "specific_force" in effect.needs and depends_on(cast(Effect, effect), sensor, "specific_force")
 
 
 class BaseEffect:

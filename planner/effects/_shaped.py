@@ -38,7 +38,8 @@ class Shaped(BaseEffect):
         self.title = f"{plain.title} of {said}" if said else f"{plain.title}, {sensor} only"
         for what in (
             "group", "needs", "variable", "temperature_of", "tabled", "bench_only", "misfit", "history",
-            "nodal", "apart", "follows_drift", "one_scale", "largest", "equation", "source",
+            "nodal", "apart", "follows_drift", "one_scale", "linear_in_force", "largest", "equation",
+            "source",
         ):  # fmt: skip
             setattr(self, what, getattr(plain, what, getattr(BaseEffect, what, None)))
 

@@ -51,8 +51,8 @@ class Swinging(Conditions):
 
     def at_instants(self, rows: NDArray[np.int64]) -> Conditions:
         """The conditions at every instant of some records, one behind the other: (k K,)."""
-        each = np.repeat(rows, self.swing.shape[1])
-        at = {f.name: getattr(self, f.name)[each] for f in fields(Conditions)}
+        k = self.swing.shape[1]
+        at = {f.name: np.repeat(getattr(self, f.name)[rows], k, axis=0) for f in fields(Conditions)}
         at["specific_force"] = at["specific_force"] + self.swing[rows].reshape(-1, 3)
         return Conditions(**at)
 
