@@ -10,13 +10,13 @@ import numpy as np
 
 from planner import catalog
 from planner.diagnose.channels.prepared import Prepared
-from planner.diagnose.noise.beside_budgets import Part, Seen, seen
+from planner.diagnose.noise.beside_budgets import Among, Part, Seen, among, refused_among
 from planner.diagnose.noise.channel_noise import LEAST_RUNS, ChannelNoise, Readings, channel_noise
 from planner.diagnose.noise.components import IN_RUN, LEANS, LEVEL, drawn_name
 from planner.diagnose.noise.outliers import FAR_WEIGHT
 from planner.diagnose.noise.spread_law import SpreadLaw, errors, refused, spread_law
 from planner.diagnose.noise.wander import CHANCE, wander
-from planner.diagnose.noise.whitened import Whitened
+from planner.diagnose.noise.whitened import Whitened, moving
 from planner.diagnose.search.sensor import SensorFound
 from planner.nouns.array import Array
 from planner.nouns.diagnosed_spreads import BUDGETED, NOISE, WHITE_OF_1_S, Assumption, BudgetExceeded
@@ -76,6 +76,7 @@ def assumptions(s: SensorFound, spec: Spec, data: Prepared) -> list[Assumption]:
         assumed, unit = _assumed(budgets[error], part), _unit(s, error, budgets[error])
         taken = beside.of(several, (error, part))
         one = _spread(several, Assumption(f"{s.sensor}.{error}", part, unit, assumed, *_UNTOLD), taken)
+        one = beside.held(one, several, (error, part))
         found.append(_unbudgeted(one) if IN_RUN in several[0].noise.components and part == "in_run" else one)
     found = _larger_lean(found)
     found += [*_white(s, white, spec, beside, data), *_residuals(s, budgets)]
@@ -147,10 +148,21 @@ class _Beside:
         weights = [1.0 / max(self._seen(one).error(one.components), 1e-300) for one in several]
         return float(np.average(each, weights=weights))
 
+    def held(self, asked: Assumption, several: Sequence[_Told], own: Part) -> Assumption:
+        """A spread beyond its budget is one that all the others, at theirs, do not make."""
+        if asked.assumed is None or not asked.low > asked.assumed:
+            return asked
+        each = [(self._among(one), one.components) for one in several]
+        chance = max(asked.chance, refused_among(each, own, asked.assumed**2))
+        return replace(asked, chance=chance, low=asked.low if chance < OUTSIDE else asked.assumed)
+
+    def _among(self, one: _Told) -> Among:
+        return among(one.noise, one.w.channel, self.time_on, self.budgets)
+
     def _seen(self, one: _Told) -> Seen:
         key = id(one.noise)
         if key not in self.known:
-            self.known[key] = seen(one.noise, one.w.channel, self.time_on, self.budgets)
+            self.known[key] = self._among(one).seen()
         return self.known[key]
 
 
@@ -169,6 +181,7 @@ def _noise(s: SensorFound, w: Whitened, budgets: Mapping[str, ErrorBudget], data
     if FEW_RUNS <= len(data.starts) < LEAST_RUNS:
         weights = np.where(s.far[axis], FAR_WEIGHT, 1.0)
         few = Readings(w.channel, data.starts, data.table.duration, (believed,), weights, FEW_RUNS)
+        few = replace(few, moves=moving(w.channel, channel_noise(few)))  # as the search has them
         leans = budgets.get(LEANS)
         drawn = (LEANS,) if leans is not None and leans.has_run_to_run else ()
         return channel_noise(few.with_noise(drawn=drawn))

@@ -247,7 +247,13 @@ def _readings(
         plain = without_far(plain, full, off.rows)
         if not full:  # a slope at each node would take all that tells the spread of few power-ons
             plain = replace(plain, moves=moving(c, channel_noise(plain)))
-        plain, whole = as_shown(plain, hidden, data.table.time_on, _budgets(data, c.sensor))
+        time_on, budgets = data.table.time_on, _budgets(data, c.sensor)
+        shown, whole = as_shown(plain, hidden, time_on, budgets)
+        if plain.moves is not None:  # beside what hid in the noise a slope may be felt that was not before
+            felt = moving(c, channel_noise(whole))
+            if np.any(felt & ~plain.moves):
+                shown, whole = as_shown(replace(plain, moves=felt | plain.moves), hidden, time_on, budgets)
+        plain = shown
         plains.append(plain)
         triad.append(whole)
     return borne_by_triad(alike(plains), alike(triad)), far, sizes
