@@ -27,6 +27,17 @@ Shapes = Mapping[str, Mapping[str, float]]
 
 
 @dataclass(frozen=True)
+class Strays:
+    """What a soaked chamber's straying adds to a record, by slopes of its tables' own at the nodes.
+
+    columns: (n, k) SI per slope; steepest: (k,) one sigma of a slope, that of the chords beside its node
+    """
+
+    columns: Array
+    steepest: Array
+
+
+@dataclass(frozen=True)
 class Spreads:
     """One sigma, SI. white: of a record of mean duration at rest; run: from power-on to power-on
 
@@ -42,6 +53,7 @@ class Spreads:
 class WeighedFit:
     """theta: (p,) as in ChannelModel; J: (n, q) derivative by its linear coefficients; residual: (n,) SI.
 
+    strays: with slopes (k,) of its own; what they add is no residual
     v: covariance of the rows, spreads: what it is made of; far: (n,) rows that are outliers
     """
 
@@ -49,9 +61,21 @@ class WeighedFit:
     theta: Array
     J: Array
     residual: Array
+    strays: Strays
+    slopes: Array
     v: Covariance | BlockCovariance
     spreads: Spreads
     far: NDArray[np.bool_]
+
+    @property
+    def design(self) -> Array:
+        """(n, q + k) of the coefficients and the slopes."""
+        return np.column_stack([self.J, self.strays.columns])
+
+    @property
+    def records_of_slopes(self) -> Array:
+        """(k, q + k + 1) the slopes' prior as white records: design, and what they leave."""
+        return _records_of(self.strays, self.slopes, self.J.shape[1])
 
 
 def weighed_fit(
@@ -61,25 +85,37 @@ def weighed_fit(
     spreads: Spreads,
     far: NDArray[np.bool_],
     nonlinear: Shapes | None = None,
+    strays: Strays | None = None,
 ) -> WeighedFit:
     """Fit one channel's readings y (n,) whose rows have the covariance v.
 
     nonlinear: effect -> parameter -> value; they are held, at their defaults when not given
+    strays: what the rows may also follow, each slope 0 +- its steepest
     """
-    theta = _start(model, nonlinear or {})
+    theta, q = _start(model, nonlinear or {}), model.linear
+    strays = strays or Strays(np.empty((len(y), 0)), np.empty(0))
+    slopes = np.zeros(len(strays.steepest))
     for _ in range(_STEPS):
         parts = evaluate(model, theta)
         J = linear_jacobian(model, theta, parts)
-        white = v.whiten(np.column_stack([J, y - parts.predicted]))
-        rows = np.vstack([white, model.sane(theta)])
+        left = y - parts.predicted - strays.columns @ slopes
+        white = v.whiten(np.column_stack([J, strays.columns, left]))
+        sane = np.insert(model.sane(theta), [q] * len(slopes), 0.0, axis=1)
+        rows = np.vstack([white, sane, _records_of(strays, slopes, q)])
         step = factors(rows[:, :-1]).solve(rows[:, -1])
-        theta = theta.copy()
-        theta[: len(step)] += step
+        theta, slopes = theta.copy(), slopes + step[q:]
+        theta[:q] += step[:q]
         if np.abs(white[:, :-1] @ step).max(initial=0.0) < _SETTLED:
             break
     parts = evaluate(model, theta)
     J = linear_jacobian(model, theta, parts)
-    return WeighedFit(model, theta, J, y - parts.predicted, v, spreads, far)
+    left = y - parts.predicted - strays.columns @ slopes
+    return WeighedFit(model, theta, J, left, strays, slopes, v, spreads, far)
+
+
+def _records_of(strays: Strays, slopes: Array, q: int) -> Array:
+    k = len(slopes)
+    return np.column_stack([np.zeros((k, q)), np.diag(1.0 / strays.steepest), -slopes / strays.steepest])
 
 
 def linear_jacobian(model: ChannelModel, theta: Array, parts: Parts) -> Array:
