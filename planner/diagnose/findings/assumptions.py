@@ -10,7 +10,7 @@ import numpy as np
 
 from planner import catalog
 from planner.diagnose.channels.prepared import Prepared
-from planner.diagnose.noise.beside_budgets import Among, Part, Seen, among, refused_among
+from planner.diagnose.noise.beside_budgets import Part, Seen, seen
 from planner.diagnose.noise.channel_noise import LEAST_RUNS, ChannelNoise, Readings, channel_noise
 from planner.diagnose.noise.components import IN_RUN, LEANS, LEVEL, drawn_name
 from planner.diagnose.noise.outliers import FAR_WEIGHT
@@ -76,7 +76,6 @@ def assumptions(s: SensorFound, spec: Spec, data: Prepared) -> list[Assumption]:
         assumed, unit = _assumed(budgets[error], part), _unit(s, error, budgets[error])
         taken = beside.of(several, (error, part))
         one = _spread(several, Assumption(f"{s.sensor}.{error}", part, unit, assumed, *_UNTOLD), taken)
-        one = beside.held(one, several, (error, part))
         found.append(_unbudgeted(one) if IN_RUN in several[0].noise.components and part == "in_run" else one)
     found = _larger_lean(found)
     found += [*_white(s, white, spec, beside, data), *_residuals(s, budgets)]
@@ -148,21 +147,10 @@ class _Beside:
         weights = [1.0 / max(self._seen(one).error(one.components), 1e-300) for one in several]
         return float(np.average(each, weights=weights))
 
-    def held(self, asked: Assumption, several: Sequence[_Told], own: Part) -> Assumption:
-        """A spread beyond its budget is one that all the others, at theirs, do not make."""
-        if asked.assumed is None or not asked.low > asked.assumed:
-            return asked
-        each = [(self._among(one), one.components) for one in several]
-        chance = max(asked.chance, refused_among(each, own, asked.assumed**2))
-        return replace(asked, chance=chance, low=asked.low if chance < OUTSIDE else asked.assumed)
-
-    def _among(self, one: _Told) -> Among:
-        return among(one.noise, one.w.channel, self.time_on, self.budgets)
-
     def _seen(self, one: _Told) -> Seen:
         key = id(one.noise)
         if key not in self.known:
-            self.known[key] = self._among(one).seen()
+            self.known[key] = seen(one.noise, one.w.channel, self.time_on, self.budgets)
         return self.known[key]
 
 

@@ -17,19 +17,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner.diagnose.channels.channel import Channel, usual_columns
-from planner.diagnose.noise.channel_noise import SETTLED, ChannelNoise, covariance_of_free, judged_rows
+from planner.diagnose.noise.channel_noise import ChannelNoise, covariance_of_free, judged_rows
 from planner.nouns.array import Array
-from planner.solvers.distributions import chi_square_tail
 from planner.solvers.random_effects import Drift, RandomEffects
-from planner.solvers.reml import reml_together
-from planner.solvers.restricted_likelihood import Sample, reml_information, restricted_loglik
+from planner.solvers.restricted_likelihood import Sample, reml_information
 from planner.spec.budget import ErrorBudget
 
 LARGEST = 256  # rows of a power-on; of more as many, evenly chosen, see the same
-SHARES = (0.0, 0.25, 1.0)  # of the squares of all other budgets: a unit may have any of them, or none
 
 Part = tuple[str, str]  # error and part of its budget
 
@@ -52,49 +48,8 @@ class Seen:
         return float(self.covariance[np.ix_(here, here)].sum())
 
 
-@dataclass(frozen=True)
-class Among:
-    """A channel's variances among those of the budgets. sample: thinned, with both as its random effects.
-
-    own: (K,) places of the noise's variances among all; other: (E,) of those of `parts`, at their budgets 1
-    """
-
-    noise: ChannelNoise
-    sample: Sample
-    own: NDArray[np.int64]
-    other: NDArray[np.int64]
-    parts: tuple[Part, ...]
-
-    def seen(self) -> Seen:
-        """What the budgets add to the noise's variances."""
-        theta = np.zeros(self.sample.effects.count)
-        theta[self.own] = self.noise.variances.theta
-        information = reml_information(self.sample, theta)
-        covariance = covariance_of_free(information[np.ix_(self.own, self.own)], self.noise.variances.free)
-        return Seen(self.parts, covariance @ information[np.ix_(self.own, self.other)], covariance)
-
-    def loglik(self, here: Sequence[int], held: Array | None, part: Part, share: float) -> float:
-        """Restricted log-likelihood with a share of all budgets but the part's own; the rest at its best.
-
-        held: (k,) what the noise's variances `here` are held at; None: at their best, too.
-        """
-        others = [i for i, p in zip(self.other, self.parts, strict=True) if p != part and share > 0.0]
-        e, keep = self.sample.effects, [*self.own, *others]
-        size, start = np.ones(e.count), np.ones(e.count)
-        size[others] = share
-        start[self.own] = self.noise.variances.theta
-        known = list(others)
-        if held is not None:
-            mine = self.own[list(here)]
-            size[mine], start[mine] = np.maximum(held, 1e-300), 1.0
-            known += mine.tolist()
-        keep = sorted(keep)
-        sample = replace(self.sample, effects=replace(e.scaled(size), known=tuple(known)).of(keep))
-        return restricted_loglik(sample, reml_together([sample], start[keep], SETTLED).theta)
-
-
-def among(noise: ChannelNoise, c: Channel, time_on: Array, budgets: Mapping[str, ErrorBudget]) -> Among:
-    """A channel's noise and what the budgets of its sensor let differ; time_on: (n,) s since power-on."""
+def seen(noise: ChannelNoise, c: Channel, time_on: Array, budgets: Mapping[str, ErrorBudget]) -> Seen:
+    """What the budgets of a sensor add to the variances of a channel; time_on: (n,) s since power-on."""
     rows, _ = judged_rows(noise.starts, len(time_on))
     drawn = [(part, x[rows]) for part, x in between(c, budgets)]
     moving = [(part, d.at(rows)) for part, d in _within(c, time_on, budgets)]
@@ -105,32 +60,12 @@ def among(noise: ChannelNoise, c: Channel, time_on: Array, budgets: Mapping[str,
     after = before + len(drawn)
     own = np.concatenate([np.arange(before), np.arange(after, after + len(e.drifts))])
     other = np.setdiff1d(np.arange(every.count), own)
+    theta = np.zeros(every.count)
+    theta[own] = noise.variances.theta
+    information = reml_information(thinned(replace(noise.sample, effects=every)), theta)
+    covariance = covariance_of_free(information[np.ix_(own, own)], noise.variances.free)
     parts = tuple(part for part, _ in (*drawn, *moving))
-    return Among(noise, thinned(replace(noise.sample, effects=every)), own, other, parts)
-
-
-def refused_among(each: Sequence[tuple[Among, Sequence[int]]], part: Part, variance: float) -> float:
-    """Chance of rows that speak as much for a larger spread of a part than its budget: half a χ²_1.
-
-    2 (Σ log L with its variances at their best − Σ log L with them at the budget's), in either the likeliest
-    of the SHARES of all other budgets: a bias that moves by 0.5 mg between six records is, to first order
-    about what they told (`Seen`), a fifth of the scale factor's spread that it makes.
-    """
-    best, held = np.full(len(SHARES), -np.inf), np.full(len(SHARES), -np.inf)
-    for k, share in enumerate(SHARES):
-        try:
-            best[k] = sum(a.loglik(here, None, part, share) for a, here in each)
-            held[k] = sum(a.loglik(here, _split(a, here, variance), part, share) for a, here in each)
-        except ValueError:  # no noise is left beside so much
-            continue
-    gain = 2.0 * (best.max() - held.max())
-    return 0.5 * float(chi_square_tail(gain, 1)) if np.isfinite(gain) and gain > 0.0 else 1.0
-
-
-def _split(a: Among, here: Sequence[int], variance: float) -> Array:
-    """(k,) a variance among some components as they told it."""
-    told = a.noise.variances.theta[list(here)]
-    return np.asarray(variance * told / told.sum())
+    return Seen(parts, covariance @ information[np.ix_(own, other)], covariance)
 
 
 def between(c: Channel, budgets: Mapping[str, ErrorBudget]) -> Iterator[tuple[Part, Array]]:
