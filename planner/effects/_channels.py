@@ -51,7 +51,7 @@ def _of_records(regressors: Regressors) -> Regressors:
         def at(seen: Conditions) -> Array:
             return regressors(self, sensor, seen, nonlinear)
 
-        if not isinstance(conditions, Swinging) or self.linear_in_force or self.bench_only or self.history:
+        if not isinstance(conditions, Swinging) or self.bench_only or self.history:
             return at(conditions)
         return over_records(at, conditions) if _feels_force(self, sensor) else at(conditions)
 
@@ -82,7 +82,7 @@ class BaseEffect:
     bench_only = False
     misfit = 0.0
     one_scale = False  # of the bench: whether it is off by the same share on every channel
-    linear_in_force = False  # whether its regressors are: then those of a record are those of its mean force
+    linear_in_force = False  # whether its regressors are: those of a record are then those of its mean force
     history = (
         False  # whether a row's regressors depend on the rows before it, which stand in the order of time
     )

@@ -35,6 +35,11 @@ class Conditions:
     time_on: Array
     day: Array
 
+    @property
+    def means(self) -> Conditions:
+        """Those of records without what gravity does in them."""
+        return Conditions(**{f.name: getattr(self, f.name) for f in fields(Conditions)})
+
     def at(self, rows: NDArray[np.int64] | NDArray[np.bool_] | slice) -> Conditions:
         """Some of the rows, in their order."""
         return type(self)(*(getattr(self, f.name)[rows] for f in fields(self)))

@@ -27,7 +27,7 @@ from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.protocols import SENSORS, Group, Sensor
 from planner.verify.chance import Chance
-from planner.verify.declared import INPUT, Declared, declared, sensed
+from planner.verify.declared import INPUT, Declared, declared, driven_by, sensed
 from planner.verify.draws import DrawnError, Unit, generator
 from planner.verify.gauss_newton import gauss_newton
 from planner.verify.records import Records
@@ -285,7 +285,7 @@ def _sum(group: Group, sensor: Sensor, conditions: Conditions, errors: Sequence[
         effect = catalog.effects()[error.effect]
         if effect.group == group:
             values = error.records.reshape(len(total), -1)
-            total += np.einsum("nct,nt->nc", effect.regressors(sensor, conditions), values)
+            total += np.einsum("nct,nt->nc", driven_by(effect, sensor, conditions), values)
     return total
 
 

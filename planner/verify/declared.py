@@ -37,6 +37,12 @@ def sensed(sensor: Sensor, conditions: Conditions) -> Array:
     return found
 
 
+def driven_by(effect: Effect, sensor: Sensor, conditions: Conditions) -> Array:
+    """(n, 3, terms) regressors of records; of what is linear in the force they are those of its mean."""
+    linear = getattr(effect, "linear_in_force", False)  # one that says nothing is averaged
+    return effect.regressors(sensor, conditions.means if linear else conditions)
+
+
 @dataclass(frozen=True)
 class Column:
     """One coefficient: effect, its term, the term's index, and the node of its table (NaN: no table)."""
@@ -66,7 +72,7 @@ class Declared:
         """(n, c, p) output of some columns on the channels, SI per SI unit."""
         parts = [np.empty((len(conditions.day), len(self.channels), 0))]
         known = {name: catalog.effects()[name] for name in dict.fromkeys(c.effect for c in columns)}
-        driven = {name: effect.regressors(self.sensor, conditions) for name, effect in known.items()}
+        driven = {name: driven_by(effect, self.sensor, conditions) for name, effect in known.items()}
         for effect, index in dict.fromkeys((c.effect, c.index) for c in columns):
             own = driven[effect][:, self.channels, index]
             if getattr(known[effect], "nodal", False) and np.abs(own).max(initial=0.0) < NEAR:
