@@ -7,7 +7,9 @@ as in `as_likely`, 0 ≤ f ≤ 1: s from 0 to 1 between two nodes of the table, 
 two. A chamber soaks at few points and passes between them on ramps. There a unit goes by its curve and the
 table by a straight line. Ramps of one direction, or that have gaps of their own, do not tell that from a rate
 or a lag of the temperature, of the sensor or of the thermometer: a cubic of 1 mg over a gap of 38 K had a
-name. Up and down through the same gap the curve is the same, and what is not is none of it.
+name. Up and down through the same gap the curve is the same, and what is not is none of it. A ramp is told by
+its time as by its temperature: a drift that differs with the temperature, or what goes with either and has no
+name, is asked as well; of the scale factor the curve bends what has an input, at rest the gravity's.
 """
 
 from __future__ import annotations

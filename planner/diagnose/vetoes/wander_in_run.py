@@ -41,7 +41,8 @@ def as_wandered(found: Found, b: int, starts: NDArray[np.int64], budgets: Mappin
     """
     state = found.pool.state
     n = max(len(w.z) for w in state.values())
-    if len(starts) >= LEAST_RUNS or n > LARGEST:
+    wanders = any(budget.in_run_sigma > 0.0 for budget in budgets.values())
+    if not wanders or len(starts) >= LEAST_RUNS or n > LARGEST:
         return False
     white = {axis: cleared(w.channel, w.noise.without_drifts(), ()) for axis, w in state.items()}
     channels: Mapping[int, Cleared | Stretched] = white
