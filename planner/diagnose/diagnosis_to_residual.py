@@ -155,7 +155,7 @@ def _channel_fits(
     r: Readings, noise: ChannelNoise, spec: Spec, found: tuple[FoundEffect, ...]
 ) -> ChannelFits:
     c, far = r.channel, r.weights < 1.0
-    v, spreads = noise.covariance, _spreads(noise)
+    v, spreads = _without_untold_draws(noise), _spreads(noise)
     before = weighed_fit(c.model, c.y, v, spreads, far)
     after = before
     if found:
@@ -164,6 +164,20 @@ def _channel_fits(
         after = weighed_fit(model, c.y, v, spreads, far, _held(found))
     likely = np.where(noise.variances.free, noise.variances.theta, 0.0)
     return ChannelFits(c.sensor, c.name, c.y, before, after, found, likely)
+
+
+def _without_untold_draws(noise: ChannelNoise) -> Covariance | BlockCovariance:
+    """The covariance of the rows with draws, where REML finds none, no larger than what is left of the rows.
+
+    The search gives them room. Of power-ons each at a temperature of its own nothing tells what their scale
+    factors draw, 1e-4 of the input; the fit left that of turns, 7 sigma of channels that lack nothing.
+    """
+    effects, sample, theta = noise.covariance.effects, noise.sample, noise.covariance.theta.copy()
+    a, b = len(effects.diagonals), len(effects.slopes)
+    most = np.mean(sample.left**2) / np.maximum(np.mean(effects.slopes**2, axis=1), 1e-300)
+    draws = theta[a : a + b]
+    theta[a : a + b] = np.where(noise.variances.free[a : a + b], draws, np.minimum(draws, most))
+    return covariance(effects, theta)
 
 
 def _spreads(noise: ChannelNoise) -> Spreads:

@@ -54,6 +54,21 @@ def test_levels_of_two_or_three_power_ons_are_no_misfit(runs: int, monkeypatch: 
     assert max(c.sigma_before for c in found) < 1.3
 
 
+def test_draws_that_no_repeat_tells_leave_nothing_of_turns(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each power-on at a temperature of its own: what its scale factor may have drawn was taken off no turn.
+
+    0.79 on average of what the noise model expects, and 7 sigma of units whose scale factors draw nothing.
+    """
+    monkeypatch.setattr("tests.diagnose.few_power_ons.TEMPERATURES", tuple(np.linspace(-45.0, 55.0, 8)))
+    found = [
+        change.sigma_before
+        for seed in range(4)
+        for change in residual_changes(unit_fits(few_power_ons(8, seed), SPEC, NOTHING))
+    ]
+    assert 0.85 < np.mean(found) < 1.04
+    assert max(found) < 1.3
+
+
 @pytest.mark.parametrize("runs", [5, 8])
 def test_noise_that_grows_with_the_input_is_told_by_few_power_ons(runs: int) -> None:
     """One white variance for all gave what the input drives 0.8, and what rests tell 1.5 of its interval."""
