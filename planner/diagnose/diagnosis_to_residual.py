@@ -12,7 +12,7 @@ from planner.calibrate.dwells_to_fit import readings_of
 from planner.campaign.channel_model import channel_model
 from planner.diagnose.channels.channel import Channel, channel, columns
 from planner.diagnose.channels.prepared import referenced
-from planner.diagnose.channels.unseen_runs import LEAST_RUNS, Folds, block_folds, cells_of, folds_of
+from planner.diagnose.channels.unseen_runs import Folds, block_folds, cells_of, folds_of
 from planner.diagnose.mean_squares import about_means, mean_square, noise_floor, squares, within
 from planner.diagnose.noise.channel_noise import (
     ChannelNoise,
@@ -40,6 +40,7 @@ from planner.spec.model import Spec
 UNITS = {"gyro": "deg/s", "accelerometer": "g"}
 MOST_ROWS = 20_000  # six channels with their designs then take 100 MB, and figures are sure to 1 %
 _MUCH_LESS = 6.0  # times the variance: a held-out branch of three takes about half of the information away
+SEVERAL = 2  # power-ons, of which levels have a variance: three without one left 18 sigma of clean channels
 MOST_UNSURE = 4.0  # variance of a prediction over that of the record, above which it judges no model
 ENOUGH = 0.5  # of the rows that should be held out, which must be predicted for the figure to stand for them
 BY_THE_LOUDEST = (
@@ -147,7 +148,7 @@ def _readings(
     cells, draws = cells_of(table.conditions()), (scale_scatter(spec.unit, c), drawn(spec.unit, c))
     plain = plain_readings(c, starts, table.duration, np.ones(len(y)))
     kept = without_far(plain, blocks, far_rows(plain, candidates, cells, *draws).rows)
-    kept = kept if len(starts) >= kept.least_runs else replace(kept, least_runs=LEAST_RUNS)
+    kept = kept if len(starts) >= kept.least_runs else replace(kept, least_runs=SEVERAL)
     return with_leans(kept, getattr(spec.unit, sensor)) if found else kept
 
 
@@ -155,7 +156,7 @@ def _channel_fits(
     r: Readings, noise: ChannelNoise, spec: Spec, found: tuple[FoundEffect, ...]
 ) -> ChannelFits:
     c, far = r.channel, r.weights < 1.0
-    v, spreads, strays = noise.covariance, _spreads(noise), _strays(c, noise)
+    v, spreads, strays = _without_untold_draws(noise), _spreads(noise), _strays(c, noise)
     before = weighed_fit(c.model, c.y, v, spreads, far, strays=strays)
     after = before
     if found:
@@ -174,6 +175,20 @@ def _strays(c: Channel, noise: ChannelNoise) -> Strays:
     """
     felt = moving(c, noise) & np.isfinite(c.most)
     return Strays(c.J[:, felt], c.most[felt])
+
+
+def _without_untold_draws(noise: ChannelNoise) -> Covariance | BlockCovariance:
+    """The covariance of the rows with draws, where REML finds none, no larger than what is left of the rows.
+
+    The search gives them room. Of power-ons each at a temperature of its own nothing tells what their scale
+    factors draw, 1e-4 of the input; the fit left that of turns, 7 sigma of channels that lack nothing.
+    """
+    effects, sample, theta = noise.covariance.effects, noise.sample, noise.covariance.theta.copy()
+    a, b = len(effects.diagonals), len(effects.slopes)
+    most = np.mean(sample.left**2) / np.maximum(np.mean(effects.slopes**2, axis=1), 1e-300)
+    draws = theta[a : a + b]
+    theta[a : a + b] = np.where(noise.variances.free[a : a + b], draws, np.minimum(draws, most))
+    return covariance(effects, theta)
 
 
 def _spreads(noise: ChannelNoise) -> Spreads:

@@ -24,6 +24,7 @@ class LeverArm(BaseEffect):
     name = "lever_arm"
     sensors: tuple[Sensor, ...] = ("accelerometer",)
     units: Mapping[Sensor, str] = {"accelerometer": "m"}
+    largest: Mapping[Sensor, float] | None = {"accelerometer": 10.0}  # the longest arms of centrifuges
     group: Group = "bias"
     needs = frozenset[Condition](("rate",))
     variable: Condition | None = "rate"

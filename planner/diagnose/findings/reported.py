@@ -19,32 +19,23 @@ from planner.diagnose.findings.bench_uncertainty import below_bench
 from planner.diagnose.findings.declared_and_found import ChannelEstimates, declared_and_found
 from planner.diagnose.findings.held_elsewhere import held_elsewhere
 from planner.diagnose.findings.sure_by_the_fit import chance_by_the_fit, fewest
+from planner.diagnose.findings.told_by_records import SURE, named, told_by_the_search
 from planner.diagnose.hypotheses.estimates import Estimate, ParameterInterval, estimates, rivals
 from planner.diagnose.hypotheses.found import ALPHA
-from planner.diagnose.noise.wander import can_tell, left_of, wander
-from planner.diagnose.noise.whitened import Whitened, log_p
 from planner.diagnose.search.sensor import SensorFound
 from planner.diagnose.vetoes.forms import TEMPERATURE, at_one_temperature, untested
 from planner.diagnose.vetoes.verdicts import told_by_branches
 from planner.dwells.table_rows import rows_of
 from planner.errors import InputError
-from planner.nouns.array import Array
 from planner.nouns.calibration import Coefficient
 from planner.nouns.diagnosis import FoundEffect, FoundTerm, Rival
 from planner.nouns.dwell_table import DwellTable
 from planner.nouns.sensor import channel_name
 from planner.protocols import Effect
-from planner.spec.budget import ErrorBudget
 from planner.spec.model import Spec
 
-SURE = 6.0  # sigma of an effect, from which its sign is
 MOST_ORDERS = 3.0  # of e, by which a size may be off and still be one
 WELL = 1e-3  # of a column's whitened length that the declared model must leave
-
-
-def named(s: SensorFound) -> list[int]:
-    """The effects of the library that are believed, references apart."""
-    return [b for b in s.found.library if not s.found.pool.blocks[b].reference]
 
 
 def found_effects(
@@ -55,7 +46,7 @@ def found_effects(
     effects, notes = [], []
     for s in found:
         last = _last_word(s, data, table, spec, [name for name in names if _told(s, name)])
-        budgeted = _told_by_the_search(s, last.estimates, data, spec)
+        budgeted = told_by_the_search(s, last.estimates, data, spec)
         held = dict(held_elsewhere(s, last.estimates, named(s)))
         own = {axis: e for axis, e in last.estimates.items() if axis not in budgeted and axis not in held}
         effects += _effects(s, own)
@@ -142,47 +133,6 @@ def _all_told(fits: Mapping[int, ChannelEstimates], s: SensorFound, axes: Sequen
     return all(
         chance_by_the_fit(s.found.pool, fits, b) <= ALPHA for b in s.found.on(set(axes)) if b in named(s)
     )
-
-
-def _told_by_the_search(
-    s: SensorFound, last: Mapping[int, ChannelEstimates], data: Prepared, spec: Spec
-) -> set[int]:
-    """Channels of which the fit is no longer sure of a bias that the search is, and nothing wanders.
-
-    That fit counts the spec's in-run as noise of every record: 0.5 mg hide a coefficient of 0.08 mg per K/min
-    that stands 13 sigma above what the records scatter. Where they show no such process it is not in them;
-    what is not beyond doubt must be significant even beside as much of it as they allow.
-    """
-    budgets: Mapping[str, ErrorBudget] = getattr(spec.unit, s.sensor)
-    known, out = catalog.effects(), set[int]()
-    for b in named(s):
-        block = s.found.pool.blocks[b]
-        axis = block.channels[0]
-        alone = len(block.channels) == 1 and len(s.found.on({axis})) == 1 and axis in last
-        if not alone or known[block.name].group != "bias":
-            continue
-        fit = [c for (effect, _), c in last[axis].terms.items() if effect == block.name]
-        unsure = all(c.low <= 0.0 <= c.high for c in fit)
-        unsure = unsure or chance_by_the_fit(s.found.pool, last, b) > ALPHA
-        if unsure and "bias" in budgets:
-            mine = [e for e in estimates(s.found.pool, s.found.all) if e.block == b]
-            told = any(abs(e.value) > e.half for e in mine)
-            w, tau = s.found.pool.state[axis], budgets["bias"].in_run_time
-            told = told and can_tell(w) and wander(w, block.columns[axis], data.table.time_on, tau) is None
-            if told and _stands_beside_a_walk(s, b, w, data.table.time_on, tau):
-                out.add(axis)
-    return out
-
-
-def _stands_beside_a_walk(s: SensorFound, b: int, w: Whitened, time_on: Array, tau: float) -> bool:
-    """Whether an effect stays significant beside as large a process within power-ons as the rows allow."""
-    own = s.found.share(b)
-    if own.delta >= SURE**2:
-        return True
-    pool = s.found.pool
-    left = left_of(w, pool.blocks[b].columns[w.channel.axis], time_on, tau)
-    looks = len({block.key for block in pool.blocks})
-    return bool(float(log_p(left * own.delta, own.m, own.freedom, own.s2)) <= np.log(ALPHA / looks))
 
 
 def _search_alone(s: SensorFound, axis: int) -> str:

@@ -107,26 +107,32 @@ def promised_by(sample: Sample, theta: Array, drifts: Sequence[Drift]) -> Array:
     return promised(replace(sample, effects=every), np.append(theta, np.zeros(len(drifts))), len(drifts))
 
 
-def can_tell(w: Whitened) -> bool:
-    """Whether rows without such a process would show that: of several power-ons, none too long.
+def can_tell(w: Whitened, largest: int = LARGEST) -> bool:
+    """Whether rows without such a process would show that: of several power-ons, none of more than `largest`.
 
     In one record a drift and a walk are the same.
     """
-    return len(w.noise.starts) >= LEAST_TO_WANDER and int(w.noise.sample.effects.sizes.max()) <= LARGEST
+    return len(w.noise.starts) >= LEAST_TO_WANDER and int(w.noise.sample.effects.sizes.max()) <= largest
 
 
 def wander(
-    w: Whitened, believed: Array, time_on: Array, tau: float, most: float = CHANCE
+    w: Whitened,
+    believed: Array,
+    time_on: Array,
+    tau: float,
+    most: float = CHANCE,
+    largest: int = LARGEST,
 ) -> ChannelNoise | None:
     """The noise of a channel with such a process, its variance the last; None where the rows show none.
 
-    believed: (n, k) columns of what was found on it; most: chance from which they show none
+    believed: (n, k) columns of what was found on it; most: chance from which they show none; largest: rows of
+    a power-on up to which they are asked
     """
     white = w.noise.whiten(believed)
     left = clear(orthonormal(clear(w.Q, white), TOLD), w.z)
     effects = w.noise.sample.effects
     shown = bool(effects.drifts) or neighbours(left, w.noise.starts) >= AT_FIRST_SIGHT
-    if not shown or int(effects.sizes.max()) > LARGEST:
+    if not shown or int(effects.sizes.max()) > largest:
         return None
     sample, drift, start = _sample(w, believed, time_on, tau)
     try:

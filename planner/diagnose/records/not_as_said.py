@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from planner.diagnose.records.another_unit import another_unit, channels_of
 from planner.diagnose.records.bias_of_temperatures import bias_of_temperatures
+from planner.diagnose.records.channel_of_a_run import off_at_rest, with_their_power_ons
 from planner.diagnose.records.no_readings import NoReading, off_their_reference, said_of, stuck_readings
 from planner.diagnose.records.other_scale import OtherScale, other_scales
 from planner.diagnose.records.still_thermometer import still_thermometer
@@ -60,7 +61,9 @@ def screened(table: DwellTable) -> Screened:
     kept[list(turned)] = False
     beside = _beside_swapped(level, turned)
     kept &= ~beside
-    off = off_their_reference(level, kept)
+    off = with_their_power_ons(level, kept, off_their_reference(level, kept))
+    kept &= ~_any(table, off)
+    off = [*off, *off_at_rest(table, kept)]
     kept &= ~_any(table, off)
     none = (*stuck, *off)
     still = still_thermometer(table)

@@ -10,8 +10,9 @@ each as likely as it can be,
     Λ = max_f,γ 2 log L(f, γ) − max_f 2 log L(f, 0)
 
 and what is believed must be beyond chance by Λ (F of its columns and the freedom of its noise), once for each
-value of a parameter that it had to choose; or the process takes hardly any of it (Lindley, Smith, J. R. Stat.
-Soc. B 34, 1972, 1).
+value of a parameter that it had to choose, and once for each name that the search had to choose from: of what
+wanders it takes the likest, a drift in a hundred of them at 3.6 sigma. Or the process takes hardly any of it
+(Lindley, Smith, J. R. Stat. Soc. B 34, 1972, 1).
 """
 
 from __future__ import annotations
@@ -22,17 +23,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.diagnose.channels.orthogonal import clear, orthonormal
-from planner.diagnose.hypotheses.found import SINGLE, Found
+from planner.diagnose.hypotheses.found import ALPHA, SINGLE, Found
 from planner.diagnose.hypotheses.pool import inverse
 from planner.diagnose.noise.whitened import Cleared, Whitened, log_p
+from planner.diagnose.vetoes.in_stretches import Stretched
 from planner.diagnose.vetoes.own_noise import KEPT
 from planner.nouns.array import Array
 
 TOLD = 1e-10  # of the largest square of a mode: one with less is nothing beside the noise of rows
-SHARES = np.linspace(0.0, 1.0, 21)  # f: a likelihood over it is as smooth as that
+Rows = Whitened | Cleared | Stretched  # a channel's, white
+Given = tuple[Array, Rows]  # and the modes (n, k) of a process there
+SHARES = np.append(0.0, np.geomspace(1e-3, 1.0, 61))  # f: of 300 modes one is known to a twentieth
 
 
-def as_likely(found: Found, b: int, budgeted: Mapping[int, tuple[Array, Whitened | Cleared]]) -> bool:
+def as_likely(found: Found, b: int, budgeted: Mapping[int, Given]) -> bool:
     """Whether a believed block is as likely a process that the spec budgets for every channel.
 
     budgeted: axis -> (n, k) columns of the process, one sigma of the budget each, and the channel, white
@@ -42,8 +46,15 @@ def as_likely(found: Found, b: int, budgeted: Mapping[int, tuple[Array, Whitened
     gain = likelier([_beside(found, b, a, *given) for a, given in budgeted.items()])
     if s.m == 0 or gain >= KEPT * s.delta:
         return False
-    looks = sum(x.key == block.key for x in found.pool.blocks)
-    return bool(log_p(gain, s.m, s.freedom, s.s2) > np.log(SINGLE / looks))
+    own = sum(x.key == block.key for x in found.pool.blocks)
+    every = len({x.key for x in found.pool.blocks})
+    return bool(log_p(gain, s.m, s.freedom, s.s2) > np.log(min(SINGLE / own, ALPHA / every)))
+
+
+def explained_in(found: Found, b: int, channels: Mapping[int, Rows]) -> float:
+    """Δ of a believed block in the rows of some channels, beside all else that is believed."""
+    none = {axis: np.empty((found.pool.blocks[b].columns[axis].shape[0], 0)) for axis in found.axes(b)}
+    return likelier([_beside(found, b, axis, none[axis], channels[axis]) for axis in none])
 
 
 def likelier(channels: Sequence[tuple[Budgeted, Array]]) -> float:
@@ -54,11 +65,11 @@ def likelier(channels: Sequence[tuple[Budgeted, Array]]) -> float:
     return float(unlikely.min() - np.min(unlikely - explained))
 
 
-def _beside(found: Found, b: int, axis: int, modes: Array, w: Whitened | Cleared) -> tuple[Budgeted, Array]:
+def _beside(found: Found, b: int, axis: int, modes: Array, w: Rows) -> tuple[Budgeted, Array]:
     """A channel and the columns (n, m) of a block there, clear of all else that is believed."""
     pool = found.pool
     others = [pool.blocks[o].columns[axis] for o in found.others(b) if axis in found.axes(o)]
-    nothing = np.empty((len(w.z), 0))
+    nothing = np.empty((len(modes), 0))
     known = orthonormal(np.column_stack([w.Q, w.noise.whiten(np.column_stack([nothing, *others]))]))
     C, K = (clear(known, w.noise.whiten(x)) for x in (pool.blocks[b].columns.get(axis, nothing), modes))
     return Budgeted.of(K, clear(known, w.z)), C
