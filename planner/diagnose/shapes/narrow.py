@@ -23,9 +23,9 @@ from planner.units import STANDARD_GRAVITY_MPS2
 
 CYCLES = (1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0)  # of a wave over all the days
 A_CYCLE = 6  # power-ons for each of them
-CYCLES_ON = (1.0, 1.25, 1.5, 1.75, 2.0, 2.25, 2.5, 3.0, 3.5, 4.0)  # of one over the time since power-on
+CYCLES_ON = (1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0)  # of one over the time since power-on
 A_TIME = 6  # different times for each of them
-CORNERS = (0.1, 0.2, 0.35, 0.5, 0.65, 0.8)  # of the largest input: beyond the last is hardly a record
+CORNERS = (0.1, 0.2, 0.35, 0.5, 0.65)  # of the largest input: beyond the last is hardly a record
 A_LEVEL = 0.03  # of it, by which levels differ
 LEAST_APART = 12  # power-ons, below which a wave of the days is anything
 LEAST_DAYS = 1.0
