@@ -47,6 +47,7 @@ BY_THE_LOUDEST = (
     "; the loudest records alone raise the plain figure: weighed by the noise of each it falls, "
     "{:.3g} to {:.3g} sigma, of which 1 is noise alone"
 )
+SEES_LITTLE = "; the rows held out see {:.2g} of the {:.2g} sigma of what was found, and hardly speak of it"
 _UNSEEN = 1e-6  # of a row's length that may lie outside what the other rows determine
 
 
@@ -270,12 +271,17 @@ def _change(
         weighed_before=weighed["before"],
         weighed_after=weighed["after"],
     )
-    return explained(change)
+    return explained(change, float(np.sqrt(sum(e.strength**2 for e in fits.found))))
 
 
-def explained(r: ResidualChange) -> ResidualChange:
-    """With words beside a plain figure that rises where the one by which names are judged falls."""
+def explained(r: ResidualChange, strength: float = 0.0) -> ResidualChange:
+    """With words beside a plain figure that rises where the one by which names are judged falls.
+
+    Or beside one that rises where its rows see hardly any of what was found, so many sigma by all rows.
+    """
     more = BY_THE_LOUDEST.format(r.weighed_before, r.weighed_after) if r.rises_by_the_loudest else ""
+    if r.held_out and r.after >= r.before and not r.weighed_falls and r.sees_little(strength):
+        more += SEES_LITTLE.format(r.foreseen, strength)
     return replace(r, how=r.how + more)
 
 

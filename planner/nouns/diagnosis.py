@@ -91,6 +91,7 @@ class Unknown:
     curve: FoundEffect | None = None
 
 
+LITTLE = 0.1  # of the square of an effect's sigma: rows that see less hardly speak of it
 EXPECTED = 0.01  # chance at which a reference error is no more than the accuracy that is stated of it
 
 
@@ -211,6 +212,10 @@ class ResidualChange:
         Both within runs and with the levels that runs draw, as the noise model has them.
         """
         return self.falls > 0.0 and self.weighed_after < self.weighed_before
+
+    def sees_little(self, strength: float) -> bool:
+        """Whether these rows are to be moved by little of an effect of so many sigma by all rows."""
+        return self.foreseen**2 < LITTLE * strength**2
 
     @property
     def rises_by_the_loudest(self) -> bool:

@@ -123,6 +123,21 @@ def test_rests_held_out_say_nothing_of_what_only_the_centrifuge_shows(seed: int,
     assert refused_by_residual(said, [replace(rose, foreseen=5.0, falls=-5.0)])[1]
 
 
+@pytest.mark.parametrize(
+    ("strength", "falls", "goes"), [(26.0, -1.7, False), (9.0, -1.7, True), (26.0, -12.0, True)]
+)
+def test_rows_that_see_little_of_an_effect_refuse_it_only_where_they_contradict_it(
+    strength: float, falls: float, goes: bool
+) -> None:
+    """Of a cubic of 26 sigma on an arm rests and turns were to see 3.4, and rose by a hundredth."""
+    e = found("scale_factor_nonlinearity", strength)
+    bare = UnitDiagnosis("u", "explained", (e,), (), (), (), (), ())
+    rose = replace(ROSE, channel=e.channels[0], foreseen=3.4, falls=falls)
+    assert refused_by_residual(bare, [rose])[1] is goes
+    says = "the rows held out see 3.4 of the 26 sigma of what was found, and hardly speak of it"
+    assert (says in explained(rose, strength).how) is (strength == 26.0)
+
+
 def _change(table: DwellTable, said: UnitDiagnosis) -> ResidualChange:
     """Of gyro y, with what is said of it."""
     changes = residual_changes(unit_fits(table, shipped("small_uav").spec, said))

@@ -161,7 +161,7 @@ def _missing(effect: Effect, data: Prepared) -> str:
     if follows_any_drift(effect) and not lasts(effect, data.table):
         return f"{len(data.starts)} power-ons are fewer than the {LEAST_OF_A_TABLE} that tell it from a drift"
     if not lasts(effect, data.table):
-        return f"the records span {np.ptp(data.table.day):.2g} days; {LEAST_DAYS:g} tell it from run-to-run"
+        return f"the records span {np.ptp(data.table.day):.2g} days; {LEAST_DAYS:g} tells it from run-to-run"
     if "day" in effect.needs and len(data.starts) < LEAST_RUNS:
         return f"{len(data.starts)} power-ons are fewer than the {LEAST_RUNS} that tell it from run-to-run"
     return ""

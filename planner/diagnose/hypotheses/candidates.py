@@ -29,7 +29,7 @@ from planner.protocols import Effect, Sensor, Term
 from planner.spec.references import BenchAccuracy
 from planner.temperature_table import hats, temperature_nodes
 
-LEAST_DAYS = 2.0
+LEAST_DAYS = 1.0  # two sessions a day apart: what differs by less is the run-to-run
 LEAST_OF_A_TABLE = 6  # power-ons
 SHARED = 0.5  # of the turns, that have a rest in their power-on
 READ = 1e-2  # of a temperature or its rate, to which a record's is known
@@ -129,7 +129,7 @@ def _asked(r: Reference, columns: Mapping[int, Array]) -> tuple[str, ...]:
 
 
 def lasts(effect: Effect, table: DwellTable) -> bool:
-    """Whether the table spans enough days for an effect of the days; within two it is the run-to-run.
+    """Whether the table spans enough days for an effect of the days; within one it is the run-to-run.
 
     And power-ons enough for one that is a table itself: within one of them a score of nodes follow any drift.
     And whether it has the columns: without a temperature everything that goes with it looks like its history.

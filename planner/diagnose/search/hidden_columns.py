@@ -18,7 +18,7 @@ thousand sigma that scatters by a hundredth looks like any bins.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,15 +28,19 @@ from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE
 from planner.diagnose.hypotheses.pool import inverse
 from planner.diagnose.noise.channel_noise import Readings, inverse_of
+from planner.diagnose.noise.spread_law import spread_law
+from planner.diagnose.noise.stated_spreads import KNOWN, by_both, stated_variances
 from planner.diagnose.noise.weighed_columns import Weighed, weighed
 from planner.diagnose.noise.whitened import log_p
 from planner.diagnose.vetoes.verdicts import OF_A_TABLE, predicted
 from planner.nouns.array import Array
 from planner.solvers.random_effects import covariance
 from planner.solvers.restricted_likelihood import Sample, reml_information
+from planner.spec.budget import ErrorBudget
 
 STRONG = 30.0  # sigma explained by what has a name: how it misses looks like anything, and hides nothing
 FEW = 8  # blocks whose likelihood is asked: those that promise most
+NONE: Mapping[str, ErrorBudget] = {}
 MOST = 3  # blocks without a name on one channel, and as many with: more is a channel that follows nothing
 
 
@@ -49,17 +53,20 @@ class _Asked:
     looks: float = 0.0
 
 
-def with_what_hides(readings: Readings, hidden: Sequence[Block]) -> tuple[Readings, Weighed | None]:
+def with_what_hides(
+    readings: Readings, hidden: Sequence[Block], budgets: Mapping[str, ErrorBudget] = NONE
+) -> tuple[Readings, Weighed | None]:
     """The readings with those blocks among their candidates that the likelihood asks for, and how they weigh.
 
-    None where the rows tell no variance.
+    None where the rows tell no variance. budgets: what the spec says of the sensor's spreads
     """
+    stated = stated_variances(readings.judged.components, budgets)
     taken = Counter[bool]()
     left = [asked for b in hidden for asked in _of(b, b.columns[readings.channel.axis])]
     while (plain := weighed(readings)) is not None:
         strong = plain.explained(readings.declared) > STRONG**2
         asked = [a for a in left if taken[a.block.generic] < MOST and not (a.block.generic and strong)]
-        best = _best(plain, _promising(plain, asked))
+        best = _best(plain, _promising(plain, asked), stated)
         if best is None:
             break
         taken[best.block.generic] += 1
@@ -84,7 +91,7 @@ def _promising(plain: Weighed, asked: Sequence[_Asked]) -> list[_Asked]:
     return [asked[i] for i in sorted(first)]
 
 
-def _best(plain: Weighed, asked: Sequence[_Asked]) -> _Asked | None:
+def _best(plain: Weighed, asked: Sequence[_Asked], stated: Mapping[int, float]) -> _Asked | None:
     """What gains most of that which is sure; None where nothing gains enough."""
     found = [(a, more) for a in asked if (more := plain.beside(a.columns)) is not None]
     gains = [_gain(plain, a, more) for a, more in found]
@@ -92,7 +99,8 @@ def _best(plain: Weighed, asked: Sequence[_Asked]) -> _Asked | None:
         a, more = found[i]
         if gains[i] <= DECISIVE:
             break
-        if _tell_it(more, plain.columns) and (not a.block.generic or _predicts(more, plain.columns)):
+        sure = _tell_it(more, plain.columns, stated)
+        if sure and (not a.block.generic or _predicts(more, plain.columns)):
             return a
     return None
 
@@ -103,7 +111,7 @@ def _gain(plain: Weighed, asked: _Asked, more: Weighed) -> float:
     return 2.0 * (more.loglik - plain.loglik) - cost
 
 
-def _tell_it(more: Weighed, columns: int) -> bool:
+def _tell_it(more: Weighed, columns: int, stated: Mapping[int, float]) -> bool:
     """Whether the spread of power-ons beside the last columns of a model, after so many, is known well.
 
     C (n, m) those columns, whitened and orthonormal beside the others, z the readings so, Δ = |Cᵀz|²:
@@ -114,11 +122,15 @@ def _tell_it(more: Weighed, columns: int) -> bool:
     over the variances θ_k between power-ons, each as large as it may be, one sigma more than it comes out: C
     then keeps to what changes within them as far as it can. What lies between is judged by their spread, and
     with few of them left beside the model any columns take all of it, however large that makes the ratio.
+
+    stated: place of a variance -> b² that the spec says of it. One that the rows tell badly is as large, and
+    as well known, as rows and budget say together (`by_both`): of four power-ons under load, two either way,
+    an asymmetry of 17 sigma left two to say what their scale factors draw, which were eight budgets instead.
     """
     sample, theta = more.judged.sample, more.theta.copy()
     first = len(sample.effects.diagonals)
     between = slice(first, first + len(sample.effects.slopes))
-    theta[between] += np.sqrt(np.maximum(np.diag(_error(sample, theta, between)), 0.0))
+    theta[between], share = _as_large_as_may_be(sample, theta, between, stated)
     v = covariance(sample.effects, theta)
     both = v.whiten(np.column_stack([sample.basis, sample.y]))
     Q = orthonormal(both[:, :columns])
@@ -126,8 +138,30 @@ def _tell_it(more: Weighed, columns: int) -> bool:
     h = C.T @ z
     delta = float(np.sum(h**2))
     g = v.within(v.whiten_transposed(C @ h / max(float(np.sqrt(delta)), 1e-300)))[between]
-    freedom = 2.0 / max(float(g @ _error(sample, theta, between) @ g), 1e-6)
+    error = _error(sample, theta, between)
+    known = np.sqrt(np.maximum(np.diag(error), 1e-300))
+    g = g * np.where(share > 0.0, share * theta[between] / known, 1.0)
+    freedom = 2.0 / max(float(g @ error @ g), 1e-6)
     return bool(log_p(delta, C.shape[1], freedom, 1.0) <= -0.5 * (DECISIVE + np.log(more.rows)))
+
+
+def _as_large_as_may_be(
+    sample: Sample, theta: Array, between: slice, stated: Mapping[int, float]
+) -> tuple[Array, Array]:
+    """(s,) variances between power-ons, one sigma more than they come out, and that sigma as a share of them.
+
+    The share is said where a budget counts, and 0 elsewhere.
+    """
+    error = np.sqrt(np.maximum(np.diag(_error(sample, theta, between)), 0.0))
+    most, share = theta[between] + error, np.zeros(len(error))
+    for k, b2 in stated.items():
+        i = k - between.start
+        if error[i] > KNOWN * theta[k]:
+            halved = np.where(np.arange(len(theta)) == k, theta / 2.0, theta)
+            half = float(np.sqrt(max(_error(sample, halved, between)[i, i], 0.0)))
+            both, sigma = by_both(spread_law(float(theta[k]), float(error[i]), half), b2)
+            most[i], share[i] = both + sigma, sigma / both
+    return most, share
 
 
 def _error(sample: Sample, theta: Array, some: slice) -> Array:

@@ -52,21 +52,21 @@ def as_shown(
     A table over the time follows what wanders, and a process what a table says: the likelier of both stands.
     """
     plain = with_leans(plain, budgets)  # whatever hides: it makes the noise larger
-    whole, how = with_what_hides(plain, hidden)
+    whole, how = with_what_hides(plain, hidden, budgets)
     if not plain.drawn and how is not None and (_may_lean(whole, how, budgets) or _leans(whole, how)):
         plain = plain.with_noise(drawn=(LEANS,))
-        whole, how = with_what_hides(plain, hidden)
+        whole, how = with_what_hides(plain, hidden, budgets)
     drawn = whole.drawn if how is None else _drawn(whole, how, budgets)
     if drawn != plain.drawn:
         plain = plain.with_noise(drawn=drawn)
-        whole, how = with_what_hides(plain, hidden)
+        whole, how = with_what_hides(plain, hidden, budgets)
     drifts, least = with_wander(whole, how, time_on).drifts, -np.inf
     if not drifts and how is not None and whole is not plain:
         drifts, least = with_wander(plain, weighed(plain), time_on).drifts, how.criterion
     if not drifts:
         return plain, whole
     moves = plain.with_noise(drifts=drifts)
-    beside, then = with_what_hides(moves, hidden)
+    beside, then = with_what_hides(moves, hidden, budgets)
     return (moves, beside) if then is not None and then.criterion >= least else (plain, whole)
 
 

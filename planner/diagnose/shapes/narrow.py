@@ -23,6 +23,10 @@ from planner.units import STANDARD_GRAVITY_MPS2
 
 CYCLES = (1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0)  # of a wave over all the days
 A_CYCLE = 6  # power-ons for each of them
+CYCLES_ON = (1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0)  # of one over the time since power-on
+A_TIME = 6  # different times for each of them
+CORNERS = (0.1, 0.2, 0.35, 0.5, 0.65, 0.8)  # of the largest input: beyond the last is hardly a record
+A_LEVEL = 0.03  # of it, by which levels differ
 LEAST_APART = 12  # power-ons, below which a wave of the days is anything
 LEAST_DAYS = 1.0
 SMALL_RATES = (0.02, 0.1, 0.4)  # of the largest rate: up to where a gyro locks in, or leaves its line
@@ -58,6 +62,20 @@ def waves(c: Channel, table: DwellTable) -> list[Array]:
     turns = (table.day - table.day.min()) / span
     days = len(np.unique(np.round(table.day, 2)))
     around = [2.0 * np.pi * k * turns for k in CYCLES if k * A_CYCLE <= runs and 2.0 * k < days]
+    return [np.column_stack([np.sin(x), np.cos(x)]) for x in around]
+
+
+def waves_after_power_on(c: Channel, table: DwellTable) -> list[Array]:
+    """(n, 2) sine and cosine over the time since power-on: a heater's controller swings, the same every time.
+
+    A table of the library over the time follows such a wave by five segments, and was its name; of less than
+    eight sigma neither that nor eight bins were worth their columns, and nothing was said.
+    """
+    t, span = table.time_on, float(np.ptp(table.time_on))
+    if len(np.unique(table.run)) < LEAST_APART or span <= 0.0:
+        return []
+    turns, times = (t - t.min()) / span, len(np.unique(np.round(t)))
+    around = [2.0 * np.pi * k * turns for k in CYCLES_ON if A_TIME * k <= times]
     return [np.column_stack([np.sin(x), np.cos(x)]) for x in around]
 
 
@@ -100,6 +118,21 @@ def odd_courses(c: Channel, table: DwellTable) -> list[Array]:
         return []
     x = x / np.abs(x).max()
     return [np.column_stack([*(np.clip(x, -k, k) / k for k in SMALL_RATES), x * np.abs(x), x**3])]
+
+
+def beyond_corners(c: Channel, table: DwellTable) -> list[Array]:
+    """(n, 1) each: what of the own input lies beyond a share of the largest, signed.
+
+        sign(u) max(|u| − k U, 0),   two levels of |u| beyond k U and one within
+
+    A reading that saturates, or sticks below some input: by the bins of all levels, ten columns, such a one
+    was a cubic, or the load times the rate.
+    """
+    u = _turning(c) if c.sensor == "gyro" else c.u
+    size = np.abs(u) / np.abs(u).max(initial=1e-300)
+    levels = np.unique(np.round(size / A_LEVEL)) * A_LEVEL
+    within = [k for k in CORNERS if np.sum(levels > k) > 1 and np.any((levels > 0.0) & (levels <= k))]
+    return [(np.sign(u) * np.maximum(size - k, 0.0))[:, None] for k in within]
 
 
 def rate_under_load(c: Channel, table: DwellTable) -> list[Array]:
@@ -306,10 +339,12 @@ def _turning(c: Channel) -> Array:
 
 MAKERS: Mapping[str, Callable[[Channel, DwellTable], list[Array]]] = {
     "day": waves,
-    "time_on": steps_after_power_on,
+    "time_on": lambda c, table: [*waves_after_power_on(c, table), *steps_after_power_on(c, table)],
     "time_on_and_rate": lambda c, table: input_over_time(c, table) if c.sensor == "gyro" else [],
     "time_on_and_specific_force": lambda c, table: input_over_time(c, table) if c.sensor != "gyro" else [],
-    "rate": lambda c, table: [*odd_courses(c, table), *(play(c, table) if c.sensor == "gyro" else [])],
+    "rate": lambda c, table: (
+        [*odd_courses(c, table), *play(c, table), *beyond_corners(c, table)] if c.sensor == "gyro" else []
+    ),
     "rate_and_specific_force": rate_under_load,
     "orientation": heading_at_rest,
     "temperature": leaning,
@@ -319,7 +354,7 @@ MAKERS: Mapping[str, Callable[[Channel, DwellTable], list[Array]]] = {
         *cubic_products(c, table),
         *force_before(c, table),
         *size_of_force(c, table),
-        *(play(c, table) if c.sensor == "accelerometer" else []),
+        *([*play(c, table), *beyond_corners(c, table)] if c.sensor == "accelerometer" else []),
     ],
 }
 """What they vary with -> what makes them."""

@@ -98,7 +98,9 @@ def _one_variable_for_a_name_and_its_own(found: Found, axis: int, question: Ques
     """Put one curve over a variable in the place of a name along it and as much without a name beside that.
 
     What is held above half a g is a g-sensitivity, roughly, and a curve over the force: the name is the first
-    term of that one. A rest that is small beside the name is what its equation may lack.
+    term of that one. A rest that is small beside the name is what its equation may lack. Where no one curve
+    over that variable says what both do together, another variable's may (`_over`): of a cubic and a curve
+    that cancel but for eleven sigma one curve of 0.4 was left, and the channel clean.
     """
     pool = found.pool
     for b in [b for b in found.on({axis}) if _is_asked(found, b)]:
@@ -107,7 +109,8 @@ def _one_variable_for_a_name_and_its_own(found: Found, axis: int, question: Ques
         if b in found.library and beside and found.share(beside[0]).delta > LEAST * found.share(b).delta:
             without = given(pool, found.others(b, *beside))
             scores = {g: score(without, [g]).criterion for g in on(pool, question.generic, {axis})}
-            best = max((g for g in scores if pool.blocks[g].name == own), key=lambda g: scores[g])
+            best = _over(pool, scores, own)
+            assert best is not None  # one of them stands beside it
             found.stands_for(best, [b, *beside], question)
             found.library.remove(b)
             found.unknown = [*(u for u in found.unknown if u not in beside), best]

@@ -17,6 +17,7 @@ from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, OWN_MISFIT, penalt
 from planner.diagnose.hypotheses.pool import Pool
 from planner.diagnose.hypotheses.scores import delta, score
 from planner.diagnose.references.references import hypothesis
+from planner.diagnose.vetoes.verdicts import is_table
 
 MISFIT_OF_A_NAME = 0.02  # share of Δ that readings with noise leave of an equation that is right
 READ_WITH_NOISE = {"temperature", "temperature_rate"}  # days, times and inputs are what was set
@@ -69,11 +70,12 @@ def _margin(found: Found, mine: Sequence[int], best: int, here: Pool) -> float:
 
     Two names give way to a variable of theirs that does as well: that is one claim instead of two. So does a
     name with more to it than its equation, to one column: what turns alone have steps on the day they begin.
+    And a table of drifts to another course over the time that does as well: it claims none, only its values.
     """
     if len(mine) == 1 and _more_than_its_equation(found.pool.blocks[mine[0]]) and score(here, [best]).m == 1:
         return 0.0
     name, own = found.pool.blocks[best].name, {along(found.pool, b) for b in mine}
-    if len(mine) > 1 and name in own - READ_WITH_NOISE:
+    if name in own - READ_WITH_NOISE and (len(mine) > 1 or is_table(found, mine[0])):
         return 0.0
     misfit = OWN_MISFIT if name in own & READ_WITH_NOISE else MISFIT_OF_A_NAME
     return max(DECISIVE, misfit * delta(here, mine) / score(here, mine).s2)

@@ -11,12 +11,15 @@ from planner import catalog
 from planner.diagnose.channels.channel import channel
 from planner.diagnose.channels.prepared import prepared
 from planner.diagnose.hypotheses.candidates import library_blocks
+from planner.diagnose.hypotheses.found import Found
 from planner.diagnose.noise.channel_noise import Readings, plain_readings
 from planner.diagnose.search.borne_by_triad import borne_by_triad
 from planner.diagnose.search.hidden_columns import with_what_hides
-from planner.diagnose.search.sensor import begin
+from planner.diagnose.search.sensor import begin, diagnose_sensor
 from planner.diagnose.shapes.generic import variable_of
+from planner.dwells.table_rows import rows_of
 from tests.diagnose.hall import Noise, days, hidden, read
+from tests.diagnose.search.test_leans_at_rest_and_loaded import UNIT, rests_and_loads
 from tests.diagnose.worlds import DECLARED
 
 
@@ -45,6 +48,38 @@ def test_what_changes_within_power_ons_is_told_however_few_of_them_there_are(see
     ramp = [b for b in library_blocks([c], table, DECLARED, "gyro") if b.name == "temperature_rate"]
     nothing = Readings(c, data.starts, table.duration, (), np.ones(len(c.r)))
     assert with_what_hides(nothing, ramp)[0].candidates.shape[1] == 1
+
+
+@pytest.mark.parametrize("seed", [2, 5])
+@pytest.mark.further("seed", [1, 3, 4])
+def test_what_hides_in_a_spread_that_has_a_budget_is_told_by_four_power_ons(seed: int) -> None:
+    """Two either way on an arm: an asymmetry of thirteen sigma was a scale factor that scatters."""
+    found = _under_load(seed, asymmetry=1e-4)
+    (b,) = found.library
+    assert (found.pool.blocks[b].name, found.axes(b)) == ("scale_factor_asymmetry", {2})
+
+
+@pytest.mark.parametrize("seed", [11, 12])
+@pytest.mark.further("seed", range(13, 23))
+def test_a_unit_that_draws_three_budgets_has_no_effect_by_them(seed: int) -> None:
+    assert not _under_load(seed, times=3.0).all
+
+
+def _under_load(seed: int, asymmetry: float = 0.0, times: float = 0.0) -> Found:
+    """What is found on accelerometers: six power-ons at rest, twelve on an arm, of which four load each axis.
+
+    times: the budget, by which their scale factors are drawn as well
+    """
+    table = rests_and_loads(seed)
+    table = rows_of(table, table.run >= 34)
+    assert table.acc is not None
+    assert table.ref_acc is not None
+    acc = table.acc.copy()
+    acc[:, 2] += asymmetry * np.abs(table.ref_acc[:, 2])
+    budget = UNIT.accelerometer["scale_factor"].run_to_run_largest
+    drawn = np.random.default_rng([seed, 9]).normal(size=(table.run.max() + 1, 3))
+    acc += times * budget * drawn[table.run] * table.ref_acc
+    return diagnose_sensor(prepared(replace(table, acc=acc), UNIT), "accelerometer", DECLARED, 1).found
 
 
 def test_a_triad_of_one_kind_of_noise_has_no_more_columns_to_bear() -> None:

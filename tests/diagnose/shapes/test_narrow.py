@@ -9,12 +9,17 @@ import numpy as np
 import pytest
 
 from planner.diagnose.channels.channel import channel
+from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.diagnose.shapes.narrow import heading_at_rest
 from planner.nouns.diagnosis import UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable
 from tests.diagnose.hall import Hall, anywhere, axes_apart, days, hidden, read, tumbles
+from tests.diagnose.labs.unit import campaign, noise_of
+from tests.diagnose.noise.test_few_rows import some
 from tests.diagnose.worlds import DECLARED, told_on_y, whole
+from tests.specs import shipped
 
+SPEC = shipped("small_uav").spec
 MANY = (-400.0, -150.0, -60.0, -20.0, -8.0, 8.0, 20.0, 60.0, 150.0, 400.0)
 
 
@@ -65,6 +70,30 @@ def test_a_step_after_power_on_goes_with_the_time_and_is_no_drift(seed: int) -> 
     hall = days(seed, 18)
     table = replace(read(hall, seed), acc=None)
     assert _said(hidden(table, "gyro", 0, 6e-4 * (hall.time_on > 400.0))) == {"time_on"}
+
+
+@pytest.mark.parametrize(("seed", "size"), [(334, 2e-4), (338, 3e-4)])
+@pytest.mark.further(("seed", "size"), [(s, 3e-4) for s in (334, 337, 341, 342)])
+def test_a_wave_after_power_on_goes_with_the_time_and_is_no_table_of_drifts(seed: int, size: float) -> None:
+    """Five segments of a table follow it: that was its name, and of a faint one nothing was said."""
+    hall = days(seed, 18)
+    around = 2.0 * np.pi * 1.6 * hall.time_on / np.ptp(hall.time_on) + seed
+    table = replace(read(hall, seed), acc=None)
+    assert _said(hidden(table, "gyro", seed % 3, size * np.sin(around))) == {"time_on"}
+
+
+@pytest.mark.parametrize("seed", [98101, 98102])
+@pytest.mark.further("seed", [98104])
+def test_a_reading_that_saturates_at_half_of_the_loads_is_no_power_of_them(seed: int) -> None:
+    """A corner and a straight line: it was a cubic or a square: bins of the loads had too many columns."""
+    table, _ = campaign(seed)
+    table, axis = replace(some(table, 30), gyro=None), seed % 3
+    assert table.ref_acc is not None
+    share = np.abs(table.ref_acc[:, axis]) / np.abs(table.ref_acc[:, axis]).max()
+    beyond = np.sign(table.ref_acc[:, axis]) * np.maximum(share - 0.55, 0.0)
+    said = diagnose(hidden(table, "acc", axis, -400.0 * noise_of(seed, "acc").white * beyond), SPEC)
+    assert not said.effects
+    assert {u.varies_with for u in said.unknown} == {"specific_force"}
 
 
 @pytest.mark.parametrize(("name", "seed"), [("drift", 1), ("warm_up", 2)])

@@ -38,8 +38,11 @@ def test_two_days_without_hours_differ_by_the_day(seed: int) -> None:
     hall = _on(seed, 2)
     table = hidden(replace(read(hall, seed), acc=None), "gyro", seed % 3, 6e-3 * hall.day)
     found = whole(table)
-    assert not found.effects
-    assert {u.varies_with for u in found.unknown} == {"day"}
+    (effect,) = found.effects
+    assert effect.effect == "ageing"
+    assert "day" in {r.effect for r in effect.rivals}
+    assert "time_of_day" not in {r.effect for r in effect.rivals}
+    assert not found.unknown
 
 
 @pytest.mark.parametrize("seed", [669])

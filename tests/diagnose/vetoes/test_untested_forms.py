@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from planner.diagnose.dwells_to_diagnosis import diagnose
+from planner.diagnose.hypotheses.found import Found, Question
 from planner.diagnose.hypotheses.pool import Pool
+from planner.diagnose.vetoes import forms
 from planner.diagnose.vetoes.forms import _over
 from planner.dwells.table_rows import rows_of
 from planner.nouns.diagnosis import UnitDiagnosis
@@ -91,3 +93,24 @@ def test_several_names_of_one_variable_give_way_to_another_that_says_decisively_
     assert _over(pool, {0: 675.0, 1: 683.2, 2: 377.5}, "specific_force") == 0
     assert _over(pool, {1: 683.2}, "specific_force") == 1
     assert _over(pool, {}, "specific_force") is None
+
+
+@pytest.mark.parametrize(("own", "other", "stands"), [(0.4, 92.1, 2), (85.0, 92.1, 1)])
+def test_a_name_and_its_variable_that_cancel_are_a_course_over_another_one(
+    own: float, other: float, stands: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A cubic and a curve over the force, eleven sigma beside each other, gave way to one of 0.4 sigma."""
+    names = ("scale_factor_nonlinearity", "specific_force", "rate")
+    blocks = [SimpleNamespace(name=n, columns={1: None}) for n in names]
+    found = SimpleNamespace(
+        pool=SimpleNamespace(blocks=blocks), library=[0], unknown=[1], on=lambda _: [0],
+        others=lambda *_: [], share=lambda _: SimpleNamespace(delta=116.0), stands_for=lambda *_: None,
+    )  # fmt: skip
+    told = {1: own, 2: other}
+    monkeypatch.setattr(forms, "given", lambda pool, _: pool)
+    monkeypatch.setattr(forms, "score", lambda _, g: SimpleNamespace(criterion=told[g[0]]))
+    monkeypatch.setattr(forms, "along", lambda *_: "specific_force")
+    monkeypatch.setattr(forms, "_is_asked", lambda *_: True)
+    question = SimpleNamespace(generic=(1, 2))
+    forms._one_variable_for_a_name_and_its_own(cast(Found, found), 1, cast(Question, question))
+    assert (found.library, found.unknown) == ([], [stands])
