@@ -163,7 +163,6 @@ def test_what_every_gyro_has_for_itself_is_no_bending_arm(hidden: str, seed: int
         ("small_uav", 15),
         ("tactical_leg", 6),
         ("helicopter", 12),
-        ("published_two_benches", 6),
     ],
 )
 @pytest.mark.further(
@@ -173,6 +172,7 @@ def test_what_every_gyro_has_for_itself_is_no_bending_arm(hidden: str, seed: int
         *(("small_uav", seed) for seed in (1, 2, *range(4, 9))),
         *(("tactical_leg", seed) for seed in (1, 2, 3, 4, 8)),
         ("helicopter", 1),
+        ("published_two_benches", 6),
         ("recalibration", 4),
         ("published_optimum", 7),
         ("published_accelerated", 5),

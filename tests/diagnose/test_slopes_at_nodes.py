@@ -11,16 +11,14 @@ import pytest
 import yaml
 
 from planner.campaign.channel_model import channel_model
-from planner.diagnose.channels.prepared import prepared
 from planner.diagnose.diagnosis_to_residual import residual_changes, unit_fits
 from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.diagnose.evidence_veto import held_to_the_floor
-from planner.diagnose.findings.assumptions import assumptions
-from planner.diagnose.search.sensor import diagnose_sensor
 from planner.diagnose.weighed_fit import Spreads, Strays, weighed_fit
 from planner.dwells.table_rows import by_run
 from planner.export.json import plan_text
 from planner.measurement import evaluate
+from planner.nouns.diagnosis import UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable
 from planner.pipelines.data import simulate
 from planner.pipelines.planning import exact_plan
@@ -44,23 +42,23 @@ def few() -> tuple[LoadedSpec, dict[str, Any]]:
     return unit, json.loads(plan_text(exact_plan(unit)))
 
 
+@cache
 def measured(seed: int) -> DwellTable:
     unit, plan = few()
     return simulate(unit, plan, (), seed, settings_of(unit.spec))[0]
+
+
+@cache
+def diagnosed(seed: int) -> UnitDiagnosis:
+    return diagnose(measured(seed), few()[0].spec)
 
 
 @pytest.mark.parametrize("seed", [2])
 @pytest.mark.further("seed", [1, 3, 4, 5])
 def test_a_nonlinearity_hides_no_slope_that_goes_for_a_spread(seed: int) -> None:
     """Beside 3 % of it the straying was a scale factor of each power-on, of 3.6 times its budget."""
-    unit, _ = few()
-    data = prepared(measured(seed), unit.spec.unit)
-    found = diagnose_sensor(data, "gyro", tuple(unit.spec.effects), 1)
-    (told,) = [
-        a
-        for a in assumptions(found, unit.spec, data)
-        if (a.error, a.part) == ("gyro.scale_factor", "run_to_run")
-    ]
+    every = diagnosed(seed).assumptions
+    (told,) = [a for a in every if (a.error, a.part) == ("gyro.scale_factor", "run_to_run")]
     assert told.freedom == pytest.approx(18.0, abs=0.5), "the second power-on of each point, three channels"
     assert 0.6 < told.measured / (told.assumed or 1.0) < 1.5
 
@@ -69,11 +67,9 @@ def test_a_nonlinearity_hides_no_slope_that_goes_for_a_spread(seed: int) -> None
 @pytest.mark.further("seed", [1, 3, 4, 5])
 def test_unseen_power_ons_are_foreseen_with_the_slopes(seed: int) -> None:
     """What is left of a consumer unit's nonlinearity was up to ten times the noise, and had no name."""
-    unit, _ = few()
-    table = measured(seed)
-    found = diagnose(table, unit.spec)
+    table, spec, found = measured(seed), few()[0].spec, diagnosed(seed)
     assert {e.effect for e in found.effects} == {"scale_factor_nonlinearity", "g_sensitivity"}
-    residual = residual_changes(unit_fits(table, unit.spec, found))
+    residual = residual_changes(unit_fits(table, spec, found))
     assert held_to_the_floor(found, residual).unknown == ()
     assert found.budget_exceeded == ()
     for r in residual[:3]:
