@@ -90,6 +90,8 @@ def _one_look(
             break
     if not done:
         raise StoppedEarly("stopped before the first flights had landed: nothing can be said")
+    if flown is None:
+        done[-1] = replace(done[-1], stopped=True)  # the next round has none: nothing goes on
     return [*done, *before[len(done) :]]
 
 
@@ -107,7 +109,8 @@ def _one_round(e: Experiment, one: Round, flights: int, pilot: Pilot, before: Fl
     if pilot.types is not None and not stopped:
         more = fly_types(Typed(flying, pilot.types), flights, pilot.run, progress, typed)
         typed, stopped = more or typed, more is None
-    return Flown(flying, one, found, typed, _foreseen(one, e.spec, pilot.prediction), stopped)
+    foreseen = before.foreseen if before else _foreseen(one, e.spec, pilot.prediction)
+    return Flown(flying, one, found, typed, foreseen, stopped)
 
 
 def _foreseen(one: Round, spec: Spec, prediction: Prediction | None) -> dict[int, float]:

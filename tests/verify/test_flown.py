@@ -30,6 +30,14 @@ def verified(one, document=None, **options):
     return verify(one.loaded, document or one.document, asked, lambda message: None)
 
 
+def known(limit: str) -> dict:
+    """The campaign by hand, of spreads that are no estimates."""
+    tree = estimated(4, limit)
+    bias = tree["unit"]["accelerometer"]["bias"]
+    bias["run_to_run"] = bias["run_to_run"]["value"]
+    return tree
+
+
 def test_a_promise_left_open_is_flown_on_as_in_one_run(few):
     """A plan whose rule is exact keeps its promise by a hair: 200 flights cannot tell."""
     one = planned_from(tight())
@@ -57,6 +65,27 @@ def test_a_cut_plan_is_flown_no_further(few):
     found = verified(one, quartered(one.document))
     assert found.verdict == "broken"
     assert found.flights == LOOKS[0]
+
+
+def test_stopping_between_two_rounds_says_so_and_flies_no_further(few, monkeypatch):
+    """The second family has no flights yet, the first leaves the promise open: that is no call for more."""
+    asked = []
+
+    def stopped(function, shared, chunks):
+        asked.append(chunks)
+        if len(asked) == 2:
+            raise KeyboardInterrupt
+        yield from here(function, shared, chunks)
+
+    monkeypatch.setattr(promise, "runner", lambda workers, cluster: stopped)
+    loose = planned_from(known("900 m")).document["families"]
+    limit = f"{1.02 * max(figures['0'] for figures in loose.values()):.1f} m"
+    found = verified(planned_from(known(limit)), curves="all")
+    assert found.stopped
+    assert len(found.families) == 1 < len(loose)
+    assert found.verdict == "undecided"
+    assert found.flights == LOOKS[0]
+    assert len(asked) == 2
 
 
 def test_stopping_among_the_types_says_so(few, monkeypatch):
